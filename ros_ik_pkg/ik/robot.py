@@ -1,0 +1,268 @@
+"""Arm: one base-to-tip chain of a robot, from URDF or DH to a Pinocchio model and flat arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from ros_ik_pkg.ik.chain import Chain, make_chain
+from ros_ik_pkg.ik.dh import parse_dh
+from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
+from ros_ik_pkg.ik.kinematics import forward_kinematics, geometric_jacobian
+from ros_ik_pkg.ik.transforms import rotation_from_z, transform
+from ros_ik_pkg.ik.tree import Joint, Tree, shorten
+from ros_ik_pkg.ik.urdf import parse_urdf
+from ros_ik_pkg.share import share_path
+
+READERS: dict[str, Callable[[bytes], Tree]] = {'.yaml': parse_dh, '.yml': parse_dh, '.urdf': parse_urdf}
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A chain of 1 to 12 variables between two frames of a robot. Made by `load_arm`.
+
+    Attributes
+    ----------
+    name, base_frame, tip_frame : str
+    joint_names : tuple of str
+        Names of the n variables, from base to tip.
+    lower, upper : (n,) arrays
+        Limits [rad, m]; -inf and inf where unbounded.
+    velocity_limits : (n,) array
+        [rad/s, m/s]; inf where unknown.
+    wraps : (n,) int64 array
+        1 where a whole turn of the variable changes nothing and fits between the limits.
+    home : (n,) array
+        Configuration of the file, else zero or, where zero is not inside the limits, their middle.
+    placements : (nj + 1, 12) array
+        Row k: rotation (row-major) and translation from the frame after joint k-1 (k = 0: base frame) to
+        joint k before it moves, its axis along z; the last row leads on to the tip frame.
+    prismatic, variable : (nj,) int64 arrays
+    multiplier, offset : (nj,) arrays
+        Value of joint k: multiplier[k] * q[variable[k]] + offset[k].
+    model : pinocchio.Model
+        The whole robot: links as BODY frames; every joint's axis is its local z, one q each, fixed joints
+        folded, mimic joints free, floating and planar joints locked.
+
+    """
+
+    name: str
+    base_frame: str
+    tip_frame: str
+    frame_names: tuple[str, ...]
+    joint_names: tuple[str, ...]
+    lower: np.ndarray
+    upper: np.ndarray
+    velocity_limits: np.ndarray
+    wraps: np.ndarray
+    home: np.ndarray
+    placements: np.ndarray
+    prismatic: np.ndarray
+    variable: np.ndarray
+    multiplier: np.ndarray
+    offset: np.ndarray
+    model: pin.Model
+    tree: Tree
+
+    @property
+    def n(self) -> int:
+        """Number of variables."""
+        return len(self.joint_names)
+
+    def forward(self, q: np.ndarray) -> np.ndarray:
+        """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
+        return forward_kinematics(*self._arrays(), self._check(q))
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
+        return geometric_jacobian(*self._arrays(), self._check(q))
+
+    def base_from_frame(self, frame: str, positions: Mapping[str, float]) -> np.ndarray:
+        """Pose of any frame of the robot in the base frame.
+
+        Parameters
+        ----------
+        frame : str
+            Name of a link.
+        positions : mapping of str to float
+            Joint positions by name [rad, m]; those between the base frame and `frame` must be there
+            (for a mimic joint: its master), others are not looked at.
+
+        Returns
+        -------
+        (4, 4) array
+
+        Raises
+        ------
+        ArgumentError
+            Where the frame is unknown or positions are missing or not finite.
+
+        """
+        q = np.zeros(self.model.nq)
+        try:
+            self.tree.check_link(frame, 'frame')
+            for index, value in self._joint_values(frame, positions).items():
+                q[index] = value
+        except ModelError as error:
+            raise ArgumentError(str(error)) from error
+        data = self.model.createData()
+        pin.framesForwardKinematics(self.model, data, q)
+        base, other = (data.oMf[_frame_id(self.tree, name)] for name in (self.base_frame, frame))
+        return base.actInv(other).homogeneous
+
+    def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
+        """Compute the values, by index into the model's q, of the joints between base frame and `frame`."""
+        joints = [joint for joint in self.tree.joints_between(self.base_frame, frame) if joint.kind != 'fixed']
+        stuck = [f'{joint.name} ({joint.kind})' for joint in joints if not joint.movable]
+        if stuck:
+            raise ArgumentError(f'frame {frame!r} hangs on joint {shorten(stuck)}, which has no single position; '
+                                'give the target in another frame')
+        drives = [(joint, *self.tree.drive(joint)) for joint in joints]
+        missing = dict.fromkeys(master.name for _, master, _, _ in drives
+                                if not np.isfinite(positions.get(master.name, np.nan)))
+        if missing:
+            raise ArgumentError(f'no finite position of joint {shorten(missing)}, needed for frame {frame!r}')
+        return {_joint_id(self.tree, joint) - 1: multiplier * positions[master.name] + offset
+                for joint, master, multiplier, offset in drives}
+
+    def _arrays(self) -> tuple[np.ndarray, ...]:
+        """Arrays that the compiled kinematics takes, in its order."""
+        return self.placements, self.prismatic, self.variable, self.multiplier, self.offset
+
+    def _check(self, q: np.ndarray) -> np.ndarray:
+        """Return q as a float64 array of the right shape, or raise ArgumentError."""
+        try:
+            values = np.ascontiguousarray(q, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise ArgumentError(f'q is {q!r}; expected {self.n} numbers [rad, m]') from error
+        if values.shape != (self.n,):
+            raise ArgumentError(f'q has shape {values.shape}; expected ({self.n},): {shorten(self.joint_names)}')
+        return values
+
+
+def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str | None = None) -> Arm:
+    """Load an arm.
+
+    Parameters
+    ----------
+    source : str or path
+        Name of a robot of config/robots, path of a DH table (.yaml, .yml) or of a .urdf, or URDF text.
+    base, tip : str, optional
+        Links that the chain leads from and to. Default base: the root link. Default tip: the tip frame of
+        the DH table; of a URDF the only leaf, or the one leaf with the most movable joints above it.
+
+    Returns
+    -------
+    Arm
+
+    Raises
+    ------
+    ModelError
+        Where the source cannot be found, read or used; the text says what is wrong and where.
+
+    """
+    tree = read_tree(source)
+    base = tree.check_link(base, 'base frame') if base else tree.root
+    tip = tree.check_link(tip, 'tip frame') if tip else tree.tip or _find_tip(tree, base)
+    chain = make_chain(tree, base, tip)
+    model = build_model(tree)
+    return Arm(
+        name=tree.name, base_frame=base, tip_frame=tip, frame_names=tree.links, joint_names=chain.names,
+        lower=chain.lower, upper=chain.upper, velocity_limits=chain.velocity_limits, wraps=chain.wraps,
+        home=chain.home, placements=_placements(tree, model, chain, base, tip), prismatic=chain.prismatic,
+        variable=chain.variable, multiplier=chain.multiplier, offset=chain.offset, model=model, tree=tree)
+
+
+def robot_names() -> tuple[str, ...]:
+    """Names of the robots that come with the package."""
+    return tuple(sorted(path.stem for path in (share_path() / 'config' / 'robots').glob('*.yaml')))
+
+
+def read_tree(source: str | os.PathLike[str]) -> Tree:
+    """Read the links and joints of a robot from any source that `load_arm` takes."""
+    if isinstance(source, str) and source.lstrip('\ufeff \t\r\n').startswith('<'):
+        return parse_urdf(source.lstrip('\ufeff \t\r\n'))
+    try:
+        path = _find_file(Path(source))
+        content = path.read_bytes()
+    except (OSError, TypeError, ValueError) as error:
+        if isinstance(error, ModelError):
+            raise
+        raise ModelError(f'cannot read the robot {source!r}: {error}') from error
+    try:
+        return READERS[path.suffix.lower()](content)
+    except ModelError as error:
+        raise ModelError(f'{path}: {error}') from error
+
+
+def _find_file(source: Path) -> Path:
+    """Find the file that a name or path means."""
+    if source.suffix.lower() in READERS:
+        return source
+    if str(source) in robot_names():
+        return share_path() / 'config' / 'robots' / f'{source}.yaml'
+    raise ModelError(f'robot {str(source)!r} is neither known nor a path to {shorten(READERS)} nor URDF text; '
+                     f'known robots: {shorten(robot_names())}')
+
+
+def _find_tip(tree: Tree, base: str) -> str:
+    """Choose the leaf below base with the most movable joints above it."""
+    parents = {joint.parent for joint in tree.joints}
+    paths = {link: tree.path_from_root(link) for link in tree.links if link not in parents}
+    below = {link: path for link, path in paths.items() if link == base or base in {j.parent for j in path}}
+    counts = {link: sum(joint.movable for joint in path) for link, path in below.items()}
+    best = [link for link, count in counts.items() if count == max(counts.values())]
+    if len(best) > 1:
+        raise ModelError(f'the robot has several possible tips: {shorten(best)}; choose one as tip frame')
+    return best[0]
+
+
+def build_model(tree: Tree) -> pin.Model:
+    """Build the Pinocchio model of the whole tree, joint frames turned so that every axis is local z."""
+    model = pin.Model()
+    model.name = tree.name
+    held = {tree.root: (0, np.eye(4))}  # link -> the Pinocchio joint that carries it, and where on it
+    _add_link(model, tree.root, 0, np.eye(4))
+    for joint in tree.joints:
+        carrier, placement = held[joint.parent]
+        placement = placement @ joint.origin
+        if joint.movable:
+            turn = transform(rotation_from_z(joint.axis), np.zeros(3))
+            motion = pin.JointModelPZ() if joint.kind == 'prismatic' else pin.JointModelRZ()
+            carrier = model.addJoint(carrier, motion, pin.SE3(placement @ turn), joint.name)
+            placement = turn.T
+        held[joint.child] = carrier, placement @ joint.tail
+        _add_link(model, joint.child, *held[joint.child])
+    movable = [joint for joint in tree.joints if joint.movable]
+    model.lowerPositionLimit = np.array([joint.lower for joint in movable])
+    model.upperPositionLimit = np.array([joint.upper for joint in movable])
+    model.velocityLimit = np.array([joint.velocity for joint in movable])
+    return model
+
+
+def _add_link(model: pin.Model, link: str, carrier: int, placement: np.ndarray) -> None:
+    """Add the frame of a link to the model."""
+    model.addFrame(pin.Frame(link, carrier, 0, pin.SE3(placement), pin.FrameType.BODY))
+
+
+def _frame_id(tree: Tree, link: str) -> int:
+    """Index of a link's frame in the model; frame 0 is Pinocchio's universe."""
+    return 1 + tree.links.index(link)
+
+
+def _joint_id(tree: Tree, joint: Joint) -> int:
+    """Index of a joint in the model, one more than its index into q; joint 0 is Pinocchio's universe."""
+    return 1 + [other for other in tree.joints if other.movable].index(joint)
+
+
+def _placements(tree: Tree, model: pin.Model, chain: Chain, base: str, tip: str) -> np.ndarray:
+    """Read the constant transforms between the chain's joints, (nj + 1, 12), off the model."""
+    base_placement, tip_placement = (model.frames[_frame_id(tree, link)].placement for link in (base, tip))
+    steps = [model.jointPlacements[_joint_id(tree, joint)] for joint in chain.joints] + [tip_placement]
+    steps[0] = base_placement.actInv(steps[0])
+    return np.array([[*step.rotation.ravel(), *step.translation] for step in steps])

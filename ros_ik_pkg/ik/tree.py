@@ -1,0 +1,182 @@
+"""Links and joints of a robot as a checked tree: what URDF and DH files both become."""
+
+from __future__ import annotations
+
+import difflib
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ros_ik_pkg.ik.exceptions import ModelError
+
+MOVABLE = ('revolute', 'continuous', 'prismatic')
+ROTARY = ('revolute', 'continuous')
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """Value of a coupled joint: multiplier * value of `joint` + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint; its motion is about or along `axis` of the joint frame [rad, m].
+
+    `origin` leads from the parent link to the joint frame, `tail` from the moved joint frame to the child link.
+    `fault` says what keeps the joint out of a chain; a robot with such a joint elsewhere is fine.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: np.ndarray
+    axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    tail: np.ndarray = field(default_factory=lambda: np.eye(4))
+    lower: float = -np.inf
+    upper: float = np.inf
+    velocity: float = np.inf
+    mimic: Mimic | None = None
+    fault: str = ''
+
+    @property
+    def movable(self) -> bool:
+        """True where the joint has one degree of freedom that a chain can use."""
+        return self.kind in MOVABLE
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """All links of a robot; `joints` come parents first. `tip` and `home` where the file names them."""
+
+    name: str
+    root: str
+    joints: tuple[Joint, ...]
+    tip: str | None = None
+    home: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Names of all links, the root first."""
+        return (self.root, *(joint.child for joint in self.joints))
+
+    def joint(self, name: str) -> Joint | None:
+        """Find a joint by name."""
+        return next((joint for joint in self.joints if joint.name == name), None)
+
+    def path_from_root(self, link: str) -> list[Joint]:
+        """Collect the joints that lead from the root to a link."""
+        above = {joint.child: joint for joint in self.joints}
+        path = []
+        while link != self.root:
+            path.append(above[link])
+            link = above[link].parent
+        return path[::-1]
+
+    def path(self, base: str, tip: str) -> list[Joint]:
+        """Collect the joints from base down to tip, or raise ModelError where tip does not descend from base."""
+        to_base, to_tip = self.path_from_root(base), self.path_from_root(tip)
+        if to_tip[:len(to_base)] != to_base:
+            hint = '; exchange base and tip' if to_base[:len(to_tip)] == to_tip else ''
+            raise ModelError(f'tip frame {tip!r} does not descend from base frame {base!r}{hint}')
+        return to_tip[len(to_base):]
+
+    def joints_between(self, one: str, other: str) -> list[Joint]:
+        """Collect the joints whose motion moves two links relative to each other."""
+        first, second = self.path_from_root(one), self.path_from_root(other)
+        return [joint for joint in first + second if (joint in first) != (joint in second)]
+
+    def check_link(self, name: str, role: str) -> str:
+        """Return the name of a link that exists, or raise ModelError with the names that come close."""
+        if name not in self.links:
+            raise ModelError(f'{role} {name!r} is not a link of {self.name!r}; {suggest(name, self.links)}')
+        return name
+
+    def drive(self, joint: Joint) -> tuple[Joint, float, float]:
+        """Follow mimic joints to the master: joint value = multiplier * master value + offset."""
+        multiplier, offset, seen = 1.0, 0.0, [joint.name]
+        while joint.mimic is not None:
+            master = self.joint(joint.mimic.joint)
+            if master is None or not master.movable:
+                found = 'does not exist' if master is None else f'is of type {master.kind}'
+                raise ModelError(f'joint {joint.name!r} mimics joint {joint.mimic.joint!r}, which {found}')
+            if master.name in seen:
+                raise ModelError(f'mimic joints go round in a circle: {" -> ".join([*seen, master.name])}')
+            offset += multiplier * joint.mimic.offset
+            multiplier *= joint.mimic.multiplier
+            seen.append(master.name)
+            joint = master
+        return joint, multiplier, offset
+
+
+def grow(name: str, links: Iterable[str], joints: Iterable[Joint], tip: str | None = None,
+         home: Mapping[str, float] | None = None) -> Tree:
+    """Check that links and joints form one tree and sort them parents first; raises ModelError."""
+    links, joints = list(links), list(joints)
+    if not links:
+        raise ModelError('the robot has no links')
+    _refuse_duplicates(links, 'link')
+    _refuse_duplicates([joint.name for joint in joints], 'joint')
+    root = _find_root(links, joints)
+    ordered = _sort_from(root, joints)
+    if len(ordered) < len(joints):
+        lost = sorted({joint.name for joint in joints} - {joint.name for joint in ordered})
+        raise ModelError(f'joints form a closed loop: {shorten(lost)}; expected a tree')
+    return Tree(name, root, tuple(ordered), tip, dict(home or {}))
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """Say which known names come close to an unknown one."""
+    known = list(known)
+    close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    return f'did you mean {shorten(close)}?' if close else f'known: {shorten(known)}'
+
+
+def shorten(names: Iterable[str], most: int = 12) -> str:
+    """Write names as a list that fits into a message."""
+    names = list(names)
+    return ', '.join(names[:most]) + (f', ... ({len(names)} in all)' if len(names) > most else '')
+
+
+def _refuse_duplicates(names: list[str], what: str) -> None:
+    """Raise ModelError where a name occurs twice."""
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise ModelError(f'{what} name used more than once: {shorten(twice)}')
+
+
+def _find_root(links: list[str], joints: list[Joint]) -> str:
+    """Find the only link without a parent."""
+    known, children = set(links), dict[str, str]()
+    for joint in joints:
+        for role, link in (('parent', joint.parent), ('child', joint.child)):
+            if link not in known:
+                raise ModelError(f'joint {joint.name!r}: {role} link {link!r} does not exist; {suggest(link, links)}')
+        if joint.child in children:
+            raise ModelError(f'link {joint.child!r} is the child of two joints: {children[joint.child]!r} '
+                             f'and {joint.name!r}; expected a tree')
+        children[joint.child] = joint.name
+    roots = [link for link in links if link not in children]
+    if len(roots) != 1:
+        found = f'{len(roots)} root links: {shorten(roots)}' if roots else 'no root link: joints form a closed loop'
+        raise ModelError(f'{found}; expected exactly one link that is no joint\'s child')
+    return roots[0]
+
+
+def _sort_from(root: str, joints: list[Joint]) -> list[Joint]:
+    """Order the joints that can be reached from the root, parents before children."""
+    below: dict[str, list[Joint]] = {}
+    for joint in joints:
+        below.setdefault(joint.parent, []).append(joint)
+    ordered, waiting = [], [root]
+    while waiting:
+        found = below.get(waiting.pop(), [])
+        ordered += found
+        waiting += [joint.child for joint in reversed(found)]
+    return ordered

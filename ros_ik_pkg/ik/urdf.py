@@ -1,0 +1,192 @@
+"""URDF text -> a checked tree of links and joints. Meshes, masses and materials are never looked at."""
+
+from __future__ import annotations
+
+import math
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.transforms import rotation_from_rpy, transform
+from ros_ik_pkg.ik.tree import MOVABLE, Joint, Mimic, Tree, grow, shorten
+
+MAX_BYTES = 32 * 2**20
+MAX_LINKS = 10_000
+KINDS = (*MOVABLE, 'fixed', 'floating', 'planar')
+
+
+def parse_urdf(text: str | bytes) -> Tree:
+    """Read a URDF document.
+
+    Parameters
+    ----------
+    text : str or bytes
+        The XML document, xacro macros already expanded.
+
+    Returns
+    -------
+    Tree
+        Links and joints; limits that are wrong are noted in `Joint.fault`, for the chain to refuse.
+
+    Raises
+    ------
+    ModelError
+        Where the text is no XML, no URDF, or no single tree of links.
+
+    """
+    robot = _parse_xml(text)
+    if robot.tag != 'robot':
+        raise ModelError(f'the root element is <{robot.tag}>; expected <robot>, is this a URDF?')
+    if any('xacro' in element.tag for element in robot):
+        raise ModelError('the text holds xacro macros; expand it to URDF first: xacro FILE > robot.urdf')
+    links = [_name(element, 'link') for element in robot.findall('link')]
+    if len(links) > MAX_LINKS:
+        raise ModelError(f'the robot has {len(links)} links; at most {MAX_LINKS} are read')
+    joints = [_read_joint(element) for element in robot.findall('joint')]
+    return grow(robot.get('name') or 'robot', links, joints)
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Element builder that refuses a DOCTYPE, and with it every entity declaration."""
+
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        raise ModelError(f'the XML declares a DOCTYPE ({name}); URDF needs none, remove it')
+
+
+def _parse_xml(text: str | bytes) -> ElementTree.Element:
+    """Parse the document; errors give line and column."""
+    if len(text) > MAX_BYTES:
+        raise ModelError(f'the URDF has {len(text) / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB are read')
+    parser = ElementTree.XMLParser(target=_Builder())
+    try:
+        parser.feed(text)
+        return parser.close()
+    except ElementTree.ParseError as error:
+        line, column = error.position
+        reason = str(error).split(':')[0]
+        raise ModelError(f'line {line}, column {column + 1}: not well-formed XML ({reason})') from error
+    except ModelError:
+        raise
+    except (ValueError, LookupError) as error:
+        raise ModelError(f'the XML cannot be decoded: {error}') from error
+
+
+def _name(element: ElementTree.Element, what: str) -> str:
+    """Read the name of a link or joint."""
+    name = element.get('name', '').strip()
+    if not name:
+        raise ModelError(f'a <{what}> has no name; expected <{what} name="...">')
+    return name
+
+
+def _read_joint(element: ElementTree.Element) -> Joint:
+    """Read one <joint>."""
+    name = _name(element, 'joint')
+    kind = element.get('type', '').strip()
+    if kind not in KINDS:
+        raise ModelError(f'joint {name!r} has type {kind!r}; expected one of {shorten(KINDS)}')
+    where = f'joint {name!r}'
+    lower, upper, velocity, fault = _read_limits(element, kind, where)
+    return Joint(
+        name, kind, _read_link(element, 'parent', where), _read_link(element, 'child', where),
+        origin=_read_origin(element, where),
+        axis=_read_axis(element, where) if kind in MOVABLE else np.array([0.0, 0.0, 1.0]),
+        lower=lower, upper=upper, velocity=velocity, mimic=_read_mimic(element, where), fault=fault)
+
+
+def _read_link(element: ElementTree.Element, role: str, where: str) -> str:
+    """Read the link name of <parent> or <child>."""
+    found = element.find(role)
+    link = '' if found is None else found.get('link', '').strip()
+    if not link:
+        raise ModelError(f'{where}: no <{role} link="..."/>')
+    return link
+
+
+def _read_origin(element: ElementTree.Element, where: str) -> np.ndarray:
+    """Read <origin xyz rpy> as the transform from the parent link to the joint; identity where missing."""
+    origin = element.find('origin')
+    if origin is None:
+        return np.eye(4)
+    xyz, rpy = (_vector(origin.get(key, '0 0 0'), f'{where}: <origin {key}>') for key in ('xyz', 'rpy'))
+    return transform(rotation_from_rpy(rpy), xyz)
+
+
+def _read_axis(element: ElementTree.Element, where: str) -> np.ndarray:
+    """Read <axis xyz> as a unit vector of the joint frame; x where missing, as URDF has it."""
+    axis = element.find('axis')
+    if axis is None:
+        return np.array([1.0, 0.0, 0.0])
+    vector = _vector(axis.get('xyz', '1 0 0'), f'{where}: <axis xyz>')
+    largest = np.abs(vector).max()
+    if largest == 0.0:
+        raise ModelError(f'{where}: <axis xyz> is zero; expected a direction')
+    vector /= largest  # so that the squares neither overflow nor vanish
+    return vector / np.linalg.norm(vector)
+
+
+def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float, float, float, str]:
+    """Read <limit>: lower, upper, velocity, and what is wrong with them."""
+    if kind not in MOVABLE:
+        fault = '' if kind == 'fixed' else f'{where} is of type {kind}; a chain takes {shorten(MOVABLE)} and fixed'
+        return -math.inf, math.inf, math.inf, fault
+    limit = element.find('limit')
+    if limit is None:
+        fault = '' if kind == 'continuous' else f'{where}: no <limit>; a {kind} joint needs lower < upper'
+        return -math.inf, math.inf, math.inf, fault
+    try:
+        velocity = _read_velocity(limit, where)
+        if kind == 'continuous':
+            return -math.inf, math.inf, velocity, ''
+        lower, upper = (_number(limit.get(key, '0'), f'{where}: <limit {key}>') for key in ('lower', 'upper'))
+    except ModelError as error:
+        return -math.inf, math.inf, math.inf, str(error)
+    return lower, upper, velocity, _judge_limits(limit, lower, upper, where)
+
+
+def _judge_limits(limit: ElementTree.Element, lower: float, upper: float, where: str) -> str:
+    """Say what is wrong with two finite limits, or nothing."""
+    if lower < upper:
+        return ''
+    if 'lower' not in limit.attrib and 'upper' not in limit.attrib:
+        return f'{where}: <limit> has neither lower nor upper; expected lower < upper, or type continuous'
+    problem = 'equal; make the joint fixed or widen them' if lower == upper else 'reversed; expected lower < upper'
+    return f'{where}: limits lower = {lower:g} and upper = {upper:g} are {problem}'
+
+
+def _read_velocity(limit: ElementTree.Element, where: str) -> float:
+    """Read the velocity limit [rad/s, m/s]; missing or 0, as many files have it, means unknown."""
+    velocity = _number(limit.get('velocity', '0'), f'{where}: <limit velocity>')
+    if velocity < 0.0:
+        raise ModelError(f'{where}: <limit velocity> is {velocity:g}; expected a positive number')
+    return velocity or math.inf
+
+
+def _read_mimic(element: ElementTree.Element, where: str) -> Mimic | None:
+    """Read <mimic joint multiplier offset>."""
+    mimic = element.find('mimic')
+    if mimic is None:
+        return None
+    return Mimic(mimic.get('joint', '').strip(),
+                 _number(mimic.get('multiplier', '1'), f'{where}: <mimic multiplier>'),
+                 _number(mimic.get('offset', '0'), f'{where}: <mimic offset>'))
+
+
+def _vector(text: str, what: str) -> np.ndarray:
+    """Read three finite numbers."""
+    words = text.split()
+    if len(words) != 3:
+        raise ModelError(f'{what} is {text!r}; expected three numbers')
+    return np.array([_number(word, what) for word in words])
+
+
+def _number(text: str, what: str) -> float:
+    """Read one finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ModelError(f'{what} is {text!r}; expected a finite number')
+    return value
