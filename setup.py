@@ -14,7 +14,7 @@ def share_files():
         for path in sorted(Path(top).rglob('*')):
             if path.is_file() and '__pycache__' not in path.parts:
                 folders.setdefault(path.parent, []).append(path)
-    return [(str(Path('share', NAME, folder)), [str(file) for file in files]) for folder, files in folders.items()]
+    return [(str(Path('share', NAME) / folder), list(map(str, files))) for folder, files in folders.items()]
 
 
 setup(

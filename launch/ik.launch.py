@@ -32,7 +32,9 @@ def start_node(context):
     """Return the node with those parameters only that were given."""
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     parameters = [given['params_file']] if given['params_file'] else []
-    parameters += [{name: ParameterValue(given[name], value_type=str)} for name in ('robot', 'method') if given[name]]
+    for name in ('robot', 'method'):
+        if given[name]:
+            parameters.append({name: ParameterValue(given[name], value_type=str)})
     node = Node(
         package='ros_ik_pkg',
         executable='ik_node',

@@ -87,29 +87,44 @@ install() (
 
 make_venv() {
     local interpreter options=()
-    interpreter=$(find_python)
-    ros_is_sourced && options=(--system-site-packages)
+    if [[ -n ${ROS_IK_PYTHON:-} ]]; then
+        interpreter=$(probe "$ROS_IK_PYTHON") ||
+            fail "ROS_IK_PYTHON=$ROS_IK_PYTHON is no Python 3.11 or newer that can make virtual environments"
+    elif ros_is_sourced; then
+        interpreter=$(probe python3) ||
+            fail "the Python of ROS $ROS_DISTRO is older than 3.11 or cannot make virtual environments;" \
+                "source Jazzy or newer (apt install python3-venv), or use a shell without a sourced ROS"
+        options=(--system-site-packages)
+    else
+        interpreter=$(find_python 3.12 3.11) ||
+            fail 'found no Python 3.12 or 3.11 that can make virtual environments. Install one' \
+                '(Debian and Ubuntu: apt install python3 python3-venv) or set ROS_IK_PYTHON to it'
+    fi
     say "making $venv with $("$interpreter" --version), once: 1 to 3 minutes, about 700 MB"
     rm -rf "$venv"
     "$interpreter" -m venv "${options[@]}" "$venv"
 }
 
-# Prints the first interpreter that really runs (a pyenv shim may exist and fail) and can make environments.
+# find_python VERSION ...: prints the first of these that is there.
 find_python() {
-    local candidate pyenv=${PYENV_ROOT:-${HOME:-}/.pyenv}/versions
-    local candidates=(python3.12 "$pyenv"/3.12.*/bin/python3.12 python3.11 "$pyenv"/3.11.*/bin/python3.11 python3)
-    ros_is_sourced && candidates=(python3)
-    [[ -n ${ROS_IK_PYTHON:-} ]] && candidates=("$ROS_IK_PYTHON")
-    for candidate in "${candidates[@]}"; do
-        "$candidate" - 2>/dev/null <<'PYTHON' && return
+    local version candidate
+    for version in "$@"; do
+        for candidate in "python$version" "${PYENV_ROOT:-${HOME:-}/.pyenv}/versions/$version".*/bin/python3 python3; do
+            probe "$candidate" "$version" && return
+        done
+    done
+    return 1
+}
+
+# Prints the path of an interpreter that really runs: a pyenv shim may exist and yet fail.
+probe() {
+    "$1" - "${2:-}" 2>/dev/null <<'PYTHON'
 import ensurepip, sys, venv
-if sys.version_info[:2] not in ((3, 11), (3, 12)):
+version = '.'.join(map(str, sys.version_info[:2]))
+if sys.version_info < (3, 11) or sys.argv[1] not in ('', version):
     sys.exit(1)
 print(sys.executable)
 PYTHON
-    done
-    fail "no Python 3.12 or 3.11 that can make virtual environments; tried: ${candidates[*]}." \
-        "Install one (Debian and Ubuntu: apt install python3 python3-venv) or set ROS_IK_PYTHON to it."
 }
 
 pip_install() {

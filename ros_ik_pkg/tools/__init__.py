@@ -1,0 +1,1 @@
+"""Programs behind `scripts/` and `ros2 run`: ROS clients of the node, they hold no solver."""

@@ -1,0 +1,28 @@
+"""What every test run gets: a ROS domain of its own on this machine alone, and quick discovery."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ros_ik_pkg.tools.domain import own_domain
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope='session', autouse=True)
+def domain() -> Iterator[int]:
+    """Keep this run, and the processes it starts, apart from all other ROS programs."""
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(ROOT / 'test' / 'fastdds.xml')
+    with own_domain() as number:
+        yield number
+
+
+@pytest.fixture(scope='session')
+def root() -> Path:
+    """Path of the repository."""
+    return ROOT
