@@ -1,0 +1,87 @@
+"""One line of the demonstration: what came back for a target, and whether it was right."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio
+
+from ros_ik_pkg.ik import SolveOptions
+from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.tools.client import Reply
+
+BARS = '▁▂▃▄▅▆▇█'
+CURVE_WIDTH = 20
+ROUNDING = 1.001  # the tolerances are checked in another arithmetic than the solver's
+
+
+@dataclass(frozen=True)
+class Check:
+    """A reply and its verdict; `fault` is empty where it was right."""
+
+    method: str
+    number: int
+    reply: Reply
+    fault: str
+
+    @staticmethod
+    def heading() -> str:
+        """Names of the columns."""
+        return (
+            f'{"method":12}  {"target":>6}  {"iterations":>10}  {"first error":>11}  {"last error":>10}'
+            f'  {"error |e|, log":{CURVE_WIDTH}}  answer'
+        )
+
+    def line(self) -> str:
+        """Write one line of the table."""
+        errors = [float(row['error_norm']) for row in self.reply.iterations]
+        answer = f'WRONG: {self.fault}' if self.fault else self.reply.message
+        first, last = (f'{errors[0]:.1e}', f'{errors[-1]:.1e}') if errors else ('', '')
+        return (
+            f'{self.method:12}  {self.number:6d}  {self.reply.figures.get("iterations", ""):>10}  {first:>11}'
+            f'  {last:>10}  {curve(errors):{CURVE_WIDTH}}  {answer}'
+        )
+
+
+def judge_reachable(arm: Arm, method: str, number: int, target: np.ndarray, reply: Reply) -> Check:
+    """Judge the reply to a target within reach by Pinocchio's forward kinematics."""
+    return Check(method, number, reply, _foreign_method(method, reply) or _not_at_target(arm, target, reply))
+
+
+def judge_unreachable(arm: Arm, method: str, number: int, target: np.ndarray, reply: Reply) -> Check:
+    """Judge the reply to a target out of reach: a reason, and no joint positions."""
+    fault = 'solved what is out of reach' if reply.solved or reply.joints else ''
+    return Check(method, number, reply, _foreign_method(method, reply) or fault)
+
+
+def _foreign_method(method: str, reply: Reply) -> str:
+    used = reply.figures.get('method')
+    return '' if used == method else f'method {used} was used'
+
+
+def _not_at_target(arm: Arm, target: np.ndarray, reply: Reply) -> str:
+    """Say how far the tip is from the target, where it is too far."""
+    if not reply.solved:
+        return f'not solved: {reply.message}'
+    if not reply.iterations:
+        return 'no iterations came'
+    reached = arm.base_from_frame(arm.tip_frame, reply.joints)
+    distance = float(np.linalg.norm(target[:3, 3] - reached[:3, 3]))
+    angle = float(np.linalg.norm(pinocchio.log3(target[:3, :3] @ reached[:3, :3].T)))
+    options = SolveOptions()
+    if distance > ROUNDING * options.position_tolerance or angle > ROUNDING * options.orientation_tolerance:
+        return f'the tip is {distance:.1e} m and {angle:.1e} rad from the target'
+    return ''
+
+
+def curve(errors: list[float]) -> str:
+    """Draw errors over the iterations as bars of their logarithm, from the smallest to the largest."""
+    finite = [max(error, 1e-300) for error in errors if math.isfinite(error)]
+    if not finite:
+        return ''
+    drawn = np.linspace(0, len(finite) - 1, min(CURVE_WIDTH, len(finite))).round().astype(int)
+    logs = np.log10(finite)[drawn]
+    height = (logs - logs.min()) / max(np.ptp(logs), 1e-9)
+    return ''.join(BARS[round(share * (len(BARS) - 1))] for share in height)

@@ -1,0 +1,123 @@
+"""Start the IK node, send it targets from this second process with each method, and check every answer."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from ros_ik_pkg.ik import METHODS, IkError, load_arm
+from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.tools.check import Check, judge_reachable, judge_unreachable
+from ros_ik_pkg.tools.client import IkClient, NodeError, ros_node
+from ros_ik_pkg.tools.domain import own_domain
+from ros_ik_pkg.tools.send_target import pose_message
+
+REACHABLE = 5
+SPREAD = 0.5  # of the way from home towards a random configuration: far enough to see the methods differ
+OUT_OF_REACH = 100.0  # m
+START_TIMEOUT = 300.0  # s; the first start on a machine compiles the solver
+REPLY_TIMEOUT = 60.0  # s
+# One long descent instead of many short ones, so that even the transpose method shows its whole curve.
+PARAMETERS = {'max_iterations': 20000, 'deadline': 5.0}
+
+
+def arguments() -> argparse.ArgumentParser:
+    """Describe the command line."""
+    parser = argparse.ArgumentParser(prog='demo', description=__doc__)
+    parser.add_argument(
+        '--robot', default='puma560', help='robot of config/robots, .urdf or .yaml (default: %(default)s)'
+    )
+    return parser
+
+
+def main() -> int:
+    """Run the demonstration; 0 when all of it was right."""
+    robot = arguments().parse_args().robot
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the node is stopped too
+    try:
+        arm = load_arm(robot)
+        with own_domain(), running_node(robot) as process, ros_node('demo') as node:
+            client = IkClient(node, with_iterations=True)
+            wait_for_start(client, process)
+            return report(list(checks(client, arm)))
+    except (IkError, NodeError) as error:
+        print(f'demo: {error}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+@contextlib.contextmanager
+def running_node(robot: str) -> Iterator[subprocess.Popen[bytes]]:
+    """Run the IK node as a process of its own, and stop it as Ctrl-C would."""
+    quoted = robot.replace("'", "''")
+    command = [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args', '-p', f"robot:='{quoted}'"]
+    process = subprocess.Popen([*command, '--log-level', 'warn'], env=os.environ, start_new_session=True)
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(timeout=10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+
+
+def wait_for_start(client: IkClient, process: subprocess.Popen[bytes]) -> None:
+    """Wait until the node answers, or say that it ended."""
+    deadline = time.monotonic() + START_TIMEOUT
+    while True:
+        try:
+            return client.connect(timeout=3.0)
+        except NodeError:
+            if process.poll() is not None:
+                raise NodeError(f'the node ended with exit code {process.returncode}, see above') from None
+            if time.monotonic() > deadline:
+                raise
+
+
+def checks(client: IkClient, arm: Arm) -> Iterator[Check]:
+    """Send every target with every method; print each line as it comes in."""
+    home = dict(zip(arm.joint_names, map(float, arm.home)))
+    targets = reachable_targets(arm)
+    beyond = targets[0].copy()
+    beyond[:3, 3] = OUT_OF_REACH
+    print(Check.heading())
+    for method in METHODS:
+        client.set_parameters({'method': method, **PARAMETERS})
+        for number, target in enumerate([*targets, beyond], start=1):
+            client.publish_joints(home)
+            reply = client.solve(pose_message(target), REPLY_TIMEOUT)
+            judge = judge_reachable if number <= REACHABLE else judge_unreachable
+            check = judge(arm, method, number, target, reply)
+            print(check.line(), flush=True)
+            yield check
+
+
+def reachable_targets(arm: Arm) -> list[np.ndarray]:
+    """Return tip poses (4, 4) of configurations within the limits, the same ones on every run."""
+    random = np.random.default_rng(2026)
+    lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    configurations = arm.home + SPREAD * (random.uniform(lower, upper, (REACHABLE, arm.n)) - arm.home)
+    return [arm.forward(q) for q in configurations]
+
+
+def report(done: list[Check]) -> int:
+    """Print the verdict; return the exit code."""
+    wrong = [check for check in done if check.fault]
+    for check in wrong:
+        print(f'wrong: {check.method}, target {check.number}: {check.fault}')
+    print(f'{len(done) - len(wrong)} of {len(done)} answers right, judged by forward kinematics of Pinocchio')
+    return 1 if wrong else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

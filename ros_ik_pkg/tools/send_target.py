@@ -1,0 +1,79 @@
+"""Send one target pose to the running IK node and print what it answers."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio
+from geometry_msgs.msg import PoseStamped
+
+from ros_ik_pkg.ros.interface import NODE_NAME
+from ros_ik_pkg.tools.client import DISCOVERY_TIMEOUT, IkClient, NodeError, Reply, ros_node
+
+
+def arguments() -> argparse.ArgumentParser:
+    """Describe the command line."""
+    parser = argparse.ArgumentParser(prog='send_target', description=__doc__)
+    parser.add_argument('position', metavar=('X', 'Y', 'Z'), nargs=3, type=float, help='metres')
+    parser.add_argument(
+        'rpy', metavar=('R', 'P', 'Y'), nargs=3, type=float, help='roll, pitch, yaw about fixed axes, radians'
+    )
+    parser.add_argument('--degrees', action='store_true', help='R P Y are degrees')
+    parser.add_argument('--frame', default='', help='frame of the pose (default: the base frame)')
+    parser.add_argument('--node', default=NODE_NAME, help='name of the node (default: %(default)s)')
+    parser.add_argument(
+        '--timeout', type=float, default=DISCOVERY_TIMEOUT, help='seconds to wait (default: %(default)s)'
+    )
+    return parser
+
+
+def main() -> int:
+    """Send the target and print the answer; 0 when it was solved, 2 when not, 1 without an answer."""
+    given = arguments().parse_args()
+    rpy = np.radians(given.rpy) if given.degrees else np.array(given.rpy)
+    try:
+        with ros_node('send_target') as node:
+            client = IkClient(node, given.node)
+            client.connect(given.timeout)
+            reply = client.solve(pose_message(transform(given.position, rpy), given.frame), given.timeout)
+    except NodeError as error:
+        print(f'send_target: {error}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    print_reply(reply)
+    return 0 if reply.solved else 2
+
+
+def transform(position: Sequence[float], rpy: Sequence[float]) -> np.ndarray:
+    """Return the (4, 4) pose at `position` [m] turned by roll, pitch, yaw about fixed axes [rad]."""
+    return pinocchio.SE3(pinocchio.rpy.rpyToMatrix(*rpy), np.array(position)).homogeneous
+
+
+def pose_message(pose: np.ndarray, frame: str = '') -> PoseStamped:
+    """Make a message of a (4, 4) pose; `frame` empty means the base frame."""
+    message = PoseStamped()
+    message.header.frame_id = frame
+    x, y, z, qx, qy, qz, qw = map(float, pinocchio.SE3ToXYZQUAT(pinocchio.SE3(pose)))
+    position, orientation = message.pose.position, message.pose.orientation
+    position.x, position.y, position.z = x, y, z
+    orientation.x, orientation.y, orientation.z, orientation.w = qx, qy, qz, qw
+    return message
+
+
+def print_reply(reply: Reply) -> None:
+    """Print the sentence, the figures and the joint positions."""
+    print(reply.message)
+    for key, value in reply.figures.items():
+        print(f'  {key}: {value}')
+    if reply.joints:
+        print('joint positions [rad, m]')
+    for name, position in reply.joints.items():
+        print(f'  {name}: {position:.9f}')
+
+
+if __name__ == '__main__':
+    sys.exit(main())
