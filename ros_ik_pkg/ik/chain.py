@@ -21,8 +21,8 @@ class Chain:
 
     The value of joint k is multiplier[k] * q[variable[k]] + offset[k].
 
-    Ordinary joints have multiplier 1 and offset 0; others mimic. `wraps` is 1 where a turn of the variable changes
-    nothing and fits between its limits.
+    Ordinary joints have multiplier 1 and offset 0; others mimic. `wraps` is 1 where a whole turn of the
+    variable changes nothing and fits between its limits.
     """
 
     joints: tuple[Joint, ...]
@@ -58,8 +58,8 @@ def make_chain(tree: Tree, base: str, tip: str) -> Chain:
     _refuse_faults([drive.master for drive in drives])
     names = list(dict.fromkeys(drive.master.name for drive in drives))
     if len(names) > MAX_VARIABLES:
-        raise ModelError(f'{len(names)} joints between {base!r} and {tip!r}; at most {MAX_VARIABLES} are solved: '
-                         'choose base_frame and tip_frame closer together')
+        raise ModelError(f'{len(names)} joints move between {base!r} and {tip!r}; at most {MAX_VARIABLES} '
+                         'are solved: choose base and tip frame closer together')
     groups = [[drive for drive in drives if drive.master.name == name] for name in names]
     lower, upper = np.array([_limits(group) for group in groups]).T.copy()
     return Chain(
@@ -91,16 +91,19 @@ def _limits(group: Sequence[_Drive]) -> tuple[float, float]:
     lower, upper = group[0].master.lower, group[0].master.upper
     for drive in group:
         if drive.multiplier != 0.0:
-            ends = [(limit - drive.offset) / drive.multiplier for limit in (drive.joint.lower, drive.joint.upper)]
+            joint = drive.joint
+            ends = [(limit - drive.offset) / drive.multiplier for limit in (joint.lower, joint.upper)]
             lower, upper = max(lower, min(ends)), min(upper, max(ends))
     if not lower < upper:
-        raise ModelError(f'joint {group[0].master.name!r} and the joints that mimic it '
-                         f'({shorten(drive.joint.name for drive in group)}) have no common range')
+        master = group[0].master
+        mimics = [drive.joint.name for drive in group if drive.joint is not master]
+        raise ModelError(f'joint {master.name!r} and those that mimic it ({shorten(mimics)}) '
+                         'have no common range')
     return lower, upper
 
 
 def _velocity(group: Sequence[_Drive]) -> float:
-    """Slowest velocity limit of a variable and of the joints that mimic it [rad/s, m/s]; inf where unknown."""
+    """Lowest velocity limit of a variable and of the joints that mimic it [rad/s, m/s]."""
     mapped = [drive.joint.velocity / abs(drive.multiplier) for drive in group if drive.multiplier != 0.0]
     return min([group[0].master.velocity, *mapped])
 

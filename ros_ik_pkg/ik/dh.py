@@ -90,13 +90,13 @@ def _read_joint(node: yaml.Node, parent: str, link: str, unit: float, standard: 
     along = transform(turn, np.array([0.0, 0.0, _number(row, 'd')]))
     unit = unit if kind in ROTARY else 1.0
     lower, upper = _read_limits(row, node, kind, unit)
-    velocity = unit * _number(row, 'velocity') if 'velocity' in row else math.inf
+    velocity = _number(row, 'velocity') if 'velocity' in row else math.inf
     if velocity <= 0.0:
-        _refuse(row['velocity'], f'velocity is {row["velocity"].value}; expected a positive number, or leave it out')
+        _refuse(row['velocity'], f'velocity is {velocity:g}; expected a positive number, or leave it out')
     # The motion, about or along z, commutes with the constant part of theta and d.
     origin, tail = (along, across) if standard else (across @ along, np.eye(4))
     return Joint(_text(row, 'name'), kind, parent, link, origin, tail=tail,
-                 lower=lower, upper=upper, velocity=velocity)
+                 lower=lower, upper=upper, velocity=unit * velocity)
 
 
 def _read_limits(row: Fields, node: yaml.Node, kind: str, unit: float) -> tuple[float, float]:
@@ -104,7 +104,7 @@ def _read_limits(row: Fields, node: yaml.Node, kind: str, unit: float) -> tuple[
     given = [key for key in ('lower', 'upper') if key in row]
     if kind == 'continuous':
         if given:
-            _refuse(row[given[0]], f'{given[0]} given for a continuous joint; leave it out, or use type revolute')
+            _refuse(row[given[0]], f'a continuous joint has no {given[0]}; leave it out or use type revolute')
         return -math.inf, math.inf
     if len(given) < 2:
         missing = 'upper' if given == ['lower'] else 'lower'
@@ -112,7 +112,7 @@ def _read_limits(row: Fields, node: yaml.Node, kind: str, unit: float) -> tuple[
     lower, upper = _number(row, 'lower'), _number(row, 'upper')
     if not lower < upper:
         problem = 'equal' if lower == upper else 'reversed'
-        _refuse(row['lower'], f'limits lower = {lower:g} and upper = {upper:g} are {problem}; expected lower < upper')
+        _refuse(row['lower'], f'lower = {lower:g}, upper = {upper:g} are {problem}; expected lower < upper')
     return unit * lower, unit * upper
 
 

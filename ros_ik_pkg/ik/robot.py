@@ -117,18 +117,19 @@ class Arm:
 
     def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
         """Compute the values, by index into the model's q, of the joints between base frame and `frame`."""
-        joints = [joint for joint in self.tree.joints_between(self.base_frame, frame) if joint.kind != 'fixed']
+        between = self.tree.joints_between(self.base_frame, frame)
+        joints = [joint for joint in between if joint.kind != 'fixed']
         stuck = [f'{joint.name} ({joint.kind})' for joint in joints if not joint.movable]
         if stuck:
-            raise ArgumentError(f'frame {frame!r} hangs on joint {shorten(stuck)}, which has no single position; '
-                                'give the target in another frame')
-        drives = [(joint, *self.tree.drive(joint)) for joint in joints]
-        missing = dict.fromkeys(master.name for _, master, _, _ in drives
-                                if not np.isfinite(positions.get(master.name, np.nan)))
+            raise ArgumentError(f'frame {frame!r} hangs on joint {shorten(stuck)}, which has no single '
+                                'position; choose another frame')
+        drives = {joint: self.tree.drive(joint) for joint in joints}
+        needed = dict.fromkeys(master.name for master, _, _ in drives.values())
+        missing = [name for name in needed if not np.isfinite(positions.get(name, np.nan))]
         if missing:
             raise ArgumentError(f'no finite position of joint {shorten(missing)}, needed for frame {frame!r}')
         return {_joint_id(self.tree, joint) - 1: multiplier * positions[master.name] + offset
-                for joint, master, multiplier, offset in drives}
+                for joint, (master, multiplier, offset) in drives.items()}
 
     def _arrays(self) -> tuple[np.ndarray, ...]:
         """Arrays that the compiled kinematics takes, in its order."""
@@ -141,7 +142,7 @@ class Arm:
         except (TypeError, ValueError) as error:
             raise ArgumentError(f'q is {q!r}; expected {self.n} numbers [rad, m]') from error
         if values.shape != (self.n,):
-            raise ArgumentError(f'q has shape {values.shape}; expected ({self.n},): {shorten(self.joint_names)}')
+            raise ArgumentError(f'q has shape {values.shape}; expected {self.n}: {shorten(self.joint_names)}')
         return values
 
 
@@ -188,11 +189,11 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
     if isinstance(source, str) and source.lstrip('\ufeff \t\r\n').startswith('<'):
         return parse_urdf(source.lstrip('\ufeff \t\r\n'))
     try:
-        path = _find_file(Path(source))
+        path = _find_file(source)
         content = path.read_bytes()
+    except ModelError:
+        raise
     except (OSError, TypeError, ValueError) as error:
-        if isinstance(error, ModelError):
-            raise
         raise ModelError(f'cannot read the robot {source!r}: {error}') from error
     try:
         return READERS[path.suffix.lower()](content)
@@ -200,22 +201,23 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
         raise ModelError(f'{path}: {error}') from error
 
 
-def _find_file(source: Path) -> Path:
+def _find_file(source: str | os.PathLike[str]) -> Path:
     """Find the file that a name or path means."""
-    if source.suffix.lower() in READERS:
-        return source
+    path = Path(source)
+    if path.suffix.lower() in READERS:
+        return path
     if str(source) in robot_names():
         return share_path() / 'config' / 'robots' / f'{source}.yaml'
-    raise ModelError(f'robot {str(source)!r} is neither known nor a path to {shorten(READERS)} nor URDF text; '
-                     f'known robots: {shorten(robot_names())}')
+    raise ModelError(f'robot {str(source)!r} is not known: expected one of {shorten(robot_names())}, '
+                     f'a path that ends in {shorten(READERS)}, or URDF text')
 
 
 def _find_tip(tree: Tree, base: str) -> str:
     """Choose the leaf below base with the most movable joints above it."""
     parents = {joint.parent for joint in tree.joints}
     paths = {link: tree.path_from_root(link) for link in tree.links if link not in parents}
-    below = {link: path for link, path in paths.items() if link == base or base in {j.parent for j in path}}
-    counts = {link: sum(joint.movable for joint in path) for link, path in below.items()}
+    counts = {link: sum(joint.movable for joint in path) for link, path in paths.items()
+              if link == base or any(joint.parent == base for joint in path)}
     best = [link for link, count in counts.items() if count == max(counts.values())]
     if len(best) > 1:
         raise ModelError(f'the robot has several possible tips: {shorten(best)}; choose one as tip frame')

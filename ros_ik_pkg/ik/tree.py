@@ -6,6 +6,7 @@ import difflib
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from ros_ik_pkg.ik.exceptions import ModelError
 
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 ROTARY = ('revolute', 'continuous')
+MAX_DISTANCE = 1e6  # [m]
 
 
 @dataclass(frozen=True)
@@ -28,8 +30,8 @@ class Mimic:
 class Joint:
     """One joint; its motion is about or along `axis` of the joint frame [rad, m].
 
-    `origin` leads from the parent link to the joint frame, `tail` from the moved joint frame to the child link.
-    `fault` says what keeps the joint out of a chain; a robot with such a joint elsewhere is fine.
+    `origin` leads from the parent link to the joint frame, `tail` from the moved joint frame to the child
+    link. `fault` says what keeps the joint out of a chain; a robot with such a joint elsewhere is fine.
     """
 
     name: str
@@ -61,26 +63,31 @@ class Tree:
     tip: str | None = None
     home: Mapping[str, float] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def links(self) -> tuple[str, ...]:
         """Names of all links, the root first."""
         return (self.root, *(joint.child for joint in self.joints))
 
-    def joint(self, name: str) -> Joint | None:
-        """Find a joint by name."""
-        return next((joint for joint in self.joints if joint.name == name), None)
+    @cached_property
+    def joint_above(self) -> dict[str, Joint]:
+        """The joint that leads to each link but the root."""
+        return {joint.child: joint for joint in self.joints}
+
+    @cached_property
+    def joint_named(self) -> dict[str, Joint]:
+        """The joints by name."""
+        return {joint.name: joint for joint in self.joints}
 
     def path_from_root(self, link: str) -> list[Joint]:
         """Collect the joints that lead from the root to a link."""
-        above = {joint.child: joint for joint in self.joints}
         path = []
         while link != self.root:
-            path.append(above[link])
-            link = above[link].parent
+            path.append(self.joint_above[link])
+            link = path[-1].parent
         return path[::-1]
 
     def path(self, base: str, tip: str) -> list[Joint]:
-        """Collect the joints from base down to tip, or raise ModelError where tip does not descend from base."""
+        """Collect the joints from base down to tip; raises ModelError where there is no such way."""
         to_base, to_tip = self.path_from_root(base), self.path_from_root(tip)
         if to_tip[:len(to_base)] != to_base:
             hint = '; exchange base and tip' if to_base[:len(to_tip)] == to_tip else ''
@@ -102,10 +109,11 @@ class Tree:
         """Follow mimic joints to the master: joint value = multiplier * master value + offset."""
         multiplier, offset, seen = 1.0, 0.0, [joint.name]
         while joint.mimic is not None:
-            master = self.joint(joint.mimic.joint)
+            master = self.joint_named.get(joint.mimic.joint)
             if master is None or not master.movable:
                 found = 'does not exist' if master is None else f'is of type {master.kind}'
-                raise ModelError(f'joint {joint.name!r} mimics joint {joint.mimic.joint!r}, which {found}')
+                raise ModelError(f'joint {joint.name!r} mimics {joint.mimic.joint!r}, which {found}; '
+                                 'expected a movable joint')
             if master.name in seen:
                 raise ModelError(f'mimic joints go round in a circle: {" -> ".join([*seen, master.name])}')
             offset += multiplier * joint.mimic.offset
@@ -121,6 +129,7 @@ def grow(name: str, links: Iterable[str], joints: Iterable[Joint], tip: str | No
     links, joints = list(links), list(joints)
     if not links:
         raise ModelError('the robot has no links')
+    _refuse_far_placements(joints)
     _refuse_duplicates(links, 'link')
     _refuse_duplicates([joint.name for joint in joints], 'joint')
     root = _find_root(links, joints)
@@ -151,21 +160,30 @@ def _refuse_duplicates(names: list[str], what: str) -> None:
         raise ModelError(f'{what} name used more than once: {shorten(twice)}')
 
 
+def _refuse_far_placements(joints: list[Joint]) -> None:
+    """Raise ModelError where a placement is so far away that poses would lose all digits, or overflow."""
+    for joint in joints:
+        distance = max(np.abs(placement[:3, 3]).max() for placement in (joint.origin, joint.tail))
+        if distance > MAX_DISTANCE:
+            raise ModelError(f'joint {joint.name!r} is placed {distance:g} m away; at most {MAX_DISTANCE:g}')
+
+
 def _find_root(links: list[str], joints: list[Joint]) -> str:
     """Find the only link without a parent."""
     known, children = set(links), dict[str, str]()
     for joint in joints:
         for role, link in (('parent', joint.parent), ('child', joint.child)):
             if link not in known:
-                raise ModelError(f'joint {joint.name!r}: {role} link {link!r} does not exist; {suggest(link, links)}')
+                raise ModelError(f'joint {joint.name!r}: {role} link {link!r} does not exist; '
+                                 f'{suggest(link, links)}')
         if joint.child in children:
             raise ModelError(f'link {joint.child!r} is the child of two joints: {children[joint.child]!r} '
                              f'and {joint.name!r}; expected a tree')
         children[joint.child] = joint.name
     roots = [link for link in links if link not in children]
     if len(roots) != 1:
-        found = f'{len(roots)} root links: {shorten(roots)}' if roots else 'no root link: joints form a closed loop'
-        raise ModelError(f'{found}; expected exactly one link that is no joint\'s child')
+        found = f'{len(roots)} root links: {shorten(roots)}' if roots else 'no root link, joints form a loop'
+        raise ModelError(f'{found}; expected exactly one link without a parent')
     return roots[0]
 
 

@@ -12,7 +12,8 @@ from ros_ik_pkg.ik.transforms import rotation_from_rpy, transform
 from ros_ik_pkg.ik.tree import MOVABLE, Joint, Mimic, Tree, grow, shorten
 
 MAX_BYTES = 32 * 2**20
-MAX_LINKS = 10_000
+MAX_LINKS = 5000
+ENDLESS = 1e4  # [rad] revolute limits beyond this on both sides are how some files write "none"
 KINDS = (*MOVABLE, 'fixed', 'floating', 'planar')
 
 
@@ -57,7 +58,7 @@ class _Builder(ElementTree.TreeBuilder):
 def _parse_xml(text: str | bytes) -> ElementTree.Element:
     """Parse the document; errors give line and column."""
     if len(text) > MAX_BYTES:
-        raise ModelError(f'the URDF has {len(text) / 2**20:.0f} MiB; at most {MAX_BYTES // 2**20} MiB are read')
+        raise ModelError(f'the URDF has {len(text)} bytes; at most {MAX_BYTES} are read')
     parser = ElementTree.XMLParser(target=_Builder())
     try:
         parser.feed(text)
@@ -129,7 +130,7 @@ def _read_axis(element: ElementTree.Element, where: str) -> np.ndarray:
 def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float, float, float, str]:
     """Read <limit>: lower, upper, velocity, and what is wrong with them."""
     if kind not in MOVABLE:
-        fault = '' if kind == 'fixed' else f'{where} is of type {kind}; a chain takes {shorten(MOVABLE)} and fixed'
+        fault = '' if kind == 'fixed' else f'{where} is of type {kind}; a chain takes {shorten(KINDS[:4])}'
         return -math.inf, math.inf, math.inf, fault
     limit = element.find('limit')
     if limit is None:
@@ -142,6 +143,8 @@ def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[f
         lower, upper = (_number(limit.get(key, '0'), f'{where}: <limit {key}>') for key in ('lower', 'upper'))
     except ModelError as error:
         return -math.inf, math.inf, math.inf, str(error)
+    if kind == 'revolute' and min(-lower, upper) > ENDLESS:
+        return -math.inf, math.inf, velocity, ''
     return lower, upper, velocity, _judge_limits(limit, lower, upper, where)
 
 
@@ -151,8 +154,8 @@ def _judge_limits(limit: ElementTree.Element, lower: float, upper: float, where:
         return ''
     if 'lower' not in limit.attrib and 'upper' not in limit.attrib:
         return f'{where}: <limit> has neither lower nor upper; expected lower < upper, or type continuous'
-    problem = 'equal; make the joint fixed or widen them' if lower == upper else 'reversed; expected lower < upper'
-    return f'{where}: limits lower = {lower:g} and upper = {upper:g} are {problem}'
+    problem = 'equal; make the joint fixed or widen them' if lower == upper else 'reversed'
+    return f'{where}: limits lower = {lower:g} and upper = {upper:g} are {problem}; expected lower < upper'
 
 
 def _read_velocity(limit: ElementTree.Element, where: str) -> float:
