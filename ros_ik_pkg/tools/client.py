@@ -31,7 +31,7 @@ class NodeError(RuntimeError):
 
 @dataclass
 class Reply:
-    """What the node said about one target: its status, the joint positions [rad, m] if solved, the iterations."""
+    """What the node said about one target: status, joint positions [rad, m] if solved, iterations."""
 
     status: DiagnosticStatus | None = None
     joints: dict[str, float] = field(default_factory=dict)
@@ -89,8 +89,8 @@ class IkClient:
                 f'no node {self.name} within {timeout:g} s; start it with scripts/run, and check that '
                 'ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE are the same for both'
             )
-        self.parameter('method')
-        self._wait_until(lambda: self._targets.get_subscription_count() > 0, deadline, 'a subscription of targets')
+        self._call(self._parameters.get_parameters(['method']), deadline)
+        self._wait_until(self._targets.get_subscription_count, deadline, 'a subscription of targets')
 
     def solve(self, pose: PoseStamped, timeout: float) -> Reply:
         """Send a target under a new stamp and wait for what belongs to it; raises NodeError on silence."""
@@ -100,9 +100,9 @@ class IkClient:
         deadline = time.monotonic() + timeout
         self._wait_until(lambda: reply.status is not None, deadline, 'a result')
         if reply.solved:
-            self._wait_until(lambda: bool(reply.joints), deadline, 'the solution of a solved target')
-        if reply.solved and self.with_iterations:
-            self._wait_until(lambda: bool(reply.iterations), deadline, 'the iterations of a solution')
+            self._wait_until(lambda: reply.joints, deadline, 'the solution of a solved target')
+        if self.with_iterations and 'iterations' in reply.figures:
+            self._wait_until(lambda: reply.iterations, deadline, 'the iterations of a target')
         return reply
 
     def publish_joints(self, positions: Mapping[str, float]) -> None:
@@ -157,12 +157,12 @@ class IkClient:
         """Find the reply that a message belongs to; other clients' targets get one that nobody reads."""
         return self.replies.get(_key(message.header.stamp)) or Reply()
 
-    def _call(self, future: Any) -> Any:
-        deadline = time.monotonic() + DISCOVERY_TIMEOUT
+    def _call(self, future: Any, deadline: float | None = None) -> Any:
+        deadline = deadline or time.monotonic() + DISCOVERY_TIMEOUT
         self._wait_until(future.done, deadline, 'an answer of its parameter services')
         return future.result()
 
-    def _wait_until(self, condition: Callable[[], bool], deadline: float, what: str) -> None:
+    def _wait_until(self, condition: Callable[[], object], deadline: float, what: str) -> None:
         while not condition():
             if time.monotonic() > deadline:
                 raise NodeError(f'{self.name} did not send {what} in time')

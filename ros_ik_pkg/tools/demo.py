@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 import signal
 import subprocess
 import sys
@@ -60,7 +59,7 @@ def running_node(robot: str) -> Iterator[subprocess.Popen[bytes]]:
     """Run the IK node as a process of its own, and stop it as Ctrl-C would."""
     quoted = robot.replace("'", "''")
     command = [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args', '-p', f"robot:='{quoted}'"]
-    process = subprocess.Popen([*command, '--log-level', 'warn'], env=os.environ, start_new_session=True)
+    process = subprocess.Popen(command, start_new_session=True)
     try:
         yield process
     finally:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 
 import numpy as np
 import pinocchio
@@ -17,11 +16,11 @@ from ros_ik_pkg.tools.client import DISCOVERY_TIMEOUT, IkClient, NodeError, Repl
 def arguments() -> argparse.ArgumentParser:
     """Describe the command line."""
     parser = argparse.ArgumentParser(prog='send_target', description=__doc__)
-    parser.add_argument('position', metavar=('X', 'Y', 'Z'), nargs=3, type=float, help='metres')
-    parser.add_argument(
-        'rpy', metavar=('R', 'P', 'Y'), nargs=3, type=float, help='roll, pitch, yaw about fixed axes, radians'
-    )
-    parser.add_argument('--degrees', action='store_true', help='R P Y are degrees')
+    for name in ('x', 'y', 'z'):
+        parser.add_argument(name, type=float, help='metres')
+    for name in ('roll', 'pitch', 'yaw'):
+        parser.add_argument(name, type=float, help='about fixed axes, radians')
+    parser.add_argument('--degrees', action='store_true', help='the angles are degrees')
     parser.add_argument('--frame', default='', help='frame of the pose (default: the base frame)')
     parser.add_argument('--node', default=NODE_NAME, help='name of the node (default: %(default)s)')
     parser.add_argument(
@@ -33,12 +32,12 @@ def arguments() -> argparse.ArgumentParser:
 def main() -> int:
     """Send the target and print the answer; 0 when it was solved, 2 when not, 1 without an answer."""
     given = arguments().parse_args()
-    rpy = np.radians(given.rpy) if given.degrees else np.array(given.rpy)
+    pose = given_pose(given)
     try:
         with ros_node('send_target') as node:
             client = IkClient(node, given.node)
             client.connect(given.timeout)
-            reply = client.solve(pose_message(transform(given.position, rpy), given.frame), given.timeout)
+            reply = client.solve(pose_message(pose, given.frame), given.timeout)
     except NodeError as error:
         print(f'send_target: {error}', file=sys.stderr)
         return 1
@@ -48,9 +47,11 @@ def main() -> int:
     return 0 if reply.solved else 2
 
 
-def transform(position: Sequence[float], rpy: Sequence[float]) -> np.ndarray:
-    """Return the (4, 4) pose at `position` [m] turned by roll, pitch, yaw about fixed axes [rad]."""
-    return pinocchio.SE3(pinocchio.rpy.rpyToMatrix(*rpy), np.array(position)).homogeneous
+def given_pose(given: argparse.Namespace) -> np.ndarray:
+    """Return the (4, 4) pose of a command line."""
+    angles = np.array([given.roll, given.pitch, given.yaw])
+    rotation = pinocchio.rpy.rpyToMatrix(np.radians(angles) if given.degrees else angles)
+    return pinocchio.SE3(rotation, np.array([given.x, given.y, given.z])).homogeneous
 
 
 def pose_message(pose: np.ndarray, frame: str = '') -> PoseStamped:

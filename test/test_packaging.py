@@ -1,0 +1,193 @@
+"""The package is one package for ROS, for colcon and for pip."""
+
+from __future__ import annotations
+
+import ast
+import configparser
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from ros_ik_pkg.ros import interface
+
+NAME = 'ros_ik_pkg'
+ROOT = Path(__file__).resolve().parents[1]
+NOT_SHIPPED = ('.git', '.venv*', 'build', 'install', 'log', '.*_cache', '.hypothesis', '__pycache__', '*.egg-info')
+
+# What is imported -> the rosdep key that brings it.
+ROSDEP_KEYS = {'numpy': 'python3-numpy', 'numba': 'python3-numba', 'yaml': 'python3-yaml'}
+OPTIONAL = {'ament_index_python', 'matplotlib', 'tf2_ros', 'viser', 'xacro'}
+
+
+@pytest.fixture(scope='module')
+def manifest() -> ElementTree.Element:
+    return ElementTree.parse(ROOT / 'package.xml').getroot()
+
+
+@pytest.fixture(scope='module')
+def setup_call() -> dict[str, ast.expr]:
+    """Keyword arguments of setup() in setup.py."""
+    calls = (node for node in ast.walk(ast.parse((ROOT / 'setup.py').read_text())) if isinstance(node, ast.Call))
+    call = next(call for call in calls if isinstance(call.func, ast.Name) and call.func.id == 'setup')
+    return {keyword.arg: keyword.value for keyword in call.keywords}
+
+
+def text_of(manifest: ElementTree.Element, tag: str) -> list[str]:
+    return [element.text for element in manifest.iter(tag)]
+
+
+def imported_libraries() -> set[str]:
+    """Return the top-level names that any module of the package imports, its own and Python's left out."""
+    names = set()
+    for path in (ROOT / NAME).rglob('*.py'):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.split('.')[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names.add(node.module.split('.')[0])
+    return names - set(sys.stdlib_module_names) - {NAME}
+
+
+def entry_points() -> dict[str, str]:
+    """Return what setup.py declares as console scripts: name -> module:function."""
+    found = re.findall(r"f'(\w+) = \{NAME\}\.([\w.]+:\w+)'", (ROOT / 'setup.py').read_text())
+    return dict(found)
+
+
+def test_manifest_is_of_an_ament_python_package(manifest):
+    assert manifest.get('format') == '3'
+    assert text_of(manifest, 'name') == [NAME]
+    assert text_of(manifest, 'build_type') == ['ament_python']
+    assert text_of(manifest, 'license') == ['Apache-2.0']
+
+
+def test_manifest_has_a_maintainer_address_that_colcon_accepts(manifest):
+    address = manifest.find('maintainer').get('email')
+    assert re.fullmatch(r'[\w.+-]+@[\w-]+(\.[\w-]+)*\.[a-zA-Z]{2,}', address)
+
+
+def test_version_is_the_same_everywhere(manifest, setup_call):
+    version = ast.literal_eval(setup_call['version'])
+    assert text_of(manifest, 'version') == [version]
+    assert re.search(r'^(\d+\.\d+\.\d+) ', (ROOT / 'CHANGELOG.rst').read_text(), re.M)[1] == version
+
+
+def test_manifest_depends_on_every_library_that_is_imported(manifest):
+    needed = {ROSDEP_KEYS.get(name, name) for name in imported_libraries() - OPTIONAL}
+    assert needed <= set(text_of(manifest, 'exec_depend'))
+
+
+def test_pip_requirements_name_every_library_outside_ros():
+    config = configparser.ConfigParser()
+    config.read(ROOT / 'setup.cfg')
+    required = set(re.findall(r'^(\w+)', config['options']['install_requires'], re.M))
+    assert required == {'numba', 'numpy', 'pin', 'PyYAML'}
+
+
+@pytest.mark.parametrize('name', entry_points())
+def test_console_script_leads_to_a_function(name):
+    module, function = entry_points()[name].split(':')
+    tree = ast.parse((ROOT / NAME / (module.replace('.', '/') + '.py')).read_text())
+    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)} | imported_names(tree)
+
+
+def imported_names(tree: ast.Module) -> set[str]:
+    imports = (node for node in tree.body if isinstance(node, ast.ImportFrom))
+    return {alias.name for node in imports for alias in node.names}
+
+
+def test_every_folder_with_code_is_a_package():
+    assert all((path.parent / '__init__.py').is_file() for path in (ROOT / NAME).rglob('*.py'))
+
+
+@pytest.fixture(scope='module')
+def launch_node() -> dict[str, ast.expr]:
+    """Keyword arguments of the Node in the launch file."""
+    tree = ast.parse((ROOT / 'launch' / 'ik.launch.py').read_text())
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    call = next(call for call in calls if isinstance(call.func, ast.Name) and call.func.id == 'Node')
+    return {keyword.arg: keyword.value for keyword in call.keywords}
+
+
+def launch_arguments() -> dict[str, tuple[str, str]]:
+    tree = ast.parse((ROOT / 'launch' / 'ik.launch.py').read_text())
+    assignments = (node for node in tree.body if isinstance(node, ast.Assign))
+    return next(ast.literal_eval(node.value) for node in assignments if node.targets[0].id == 'ARGUMENTS')
+
+
+def test_launch_file_starts_the_node_of_this_package(launch_node):
+    assert ast.literal_eval(launch_node['package']) == NAME
+    assert ast.literal_eval(launch_node['executable']) in entry_points()
+    assert ast.literal_eval(launch_node['name']) == interface.NODE_NAME
+
+
+def test_launch_file_remaps_topics_that_the_node_has():
+    arguments = launch_arguments()
+    assert {'robot', 'method', 'params_file', 'namespace'} < set(arguments)
+    for topic in (interface.TARGET_POSE, interface.JOINT_STATES):
+        assert arguments[topic.name][0] == topic.name
+
+
+@pytest.fixture(scope='module')
+def workspace(tmp_path_factory) -> Path:
+    """A colcon workspace with a copy of this package, built."""
+    path = tmp_path_factory.mktemp('workspace')
+    shutil.copytree(ROOT, path / 'src' / NAME, ignore=shutil.ignore_patterns(*NOT_SHIPPED))
+    assert '(ros.ament_python)' in colcon(path, 'list')
+    output = colcon(path, 'build')
+    assert 'warning' not in output.lower(), output
+    return path
+
+
+def colcon(workspace: Path, *arguments: str) -> str:
+    command = [str(Path(sys.executable).with_name('colcon')), '--log-base', 'log', *arguments]
+    environment = {**os.environ, 'PATH': f'{Path(sys.executable).parent}:{os.environ["PATH"]}'}
+    environment.pop('PYTHONDONTWRITEBYTECODE', None)
+    done = subprocess.run(command, cwd=workspace, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def in_workspace(workspace: Path, command: str) -> str:
+    """Run a command in a shell that has sourced the workspace, away from this repository."""
+    environment = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
+    sourced = ['bash', '-c', f'. install/setup.bash && {command}']
+    return subprocess.run(sourced, cwd=workspace, env=environment, stdout=subprocess.PIPE, text=True, check=True).stdout
+
+
+@pytest.mark.workspace
+def test_colcon_installs_what_ros2_run_looks_for(workspace):
+    assert {path.name for path in (workspace / 'install' / NAME / 'lib' / NAME).iterdir()} == set(entry_points())
+    assert 'VALUE' in in_workspace(workspace, f'install/{NAME}/lib/{NAME}/set_param --help')
+
+
+@pytest.mark.workspace
+def test_the_built_package_loads_a_robot_from_its_own_share(workspace):
+    code = f'import {NAME}.share as s; from {NAME}.ik import load_arm; print(s.share_path(), load_arm("panda").n)'
+    share, joints = in_workspace(workspace, f"{sys.executable} -c '{code}'").split()
+    assert Path(share) == workspace / 'install' / NAME / 'share' / NAME
+    assert joints == '7'
+
+
+@pytest.mark.workspace
+def test_colcon_test_runs_pytest(workspace):
+    colcon(workspace, 'test', '--pytest-args', '-k', 'import_rule or manifest')
+    assert '0 errors, 0 failures' in colcon(workspace, 'test-result', '--all')
+
+
+@pytest.mark.workspace
+def test_pip_installs_the_robots_beside_the_code(tmp_path):
+    source = tmp_path / 'source'
+    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(*NOT_SHIPPED))
+    pip = [sys.executable, '-m', 'pip', 'install', '--quiet', '--no-deps', '--no-build-isolation']
+    subprocess.run([*pip, '--target', str(tmp_path / 'site'), str(source)], check=True)
+    code = f'import {NAME}; from {NAME}.ik import load_arm; print({NAME}.__file__, load_arm("ur5").n)'
+    environment = {**os.environ, 'PYTHONPATH': str(tmp_path / 'site')}
+    shown = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert shown.stdout.split() == [str(tmp_path / 'site' / NAME / '__init__.py'), '6'], shown.stderr
