@@ -18,7 +18,7 @@ from ros_ik_pkg.ros import interface
 
 NAME = 'ros_ik_pkg'
 ROOT = Path(__file__).resolve().parents[1]
-NOT_SHIPPED = ('.git', '.venv*', 'build', 'install', 'log', '.*_cache', '.hypothesis', '__pycache__', '*.egg-info')
+NOT_SHIPPED = ('.git', '.venv*', '.*_cache', '.hypothesis', 'build', 'install', 'log', '__pycache__')
 
 # What is imported -> the rosdep key that brings it.
 ROSDEP_KEYS = {'numpy': 'python3-numpy', 'numba': 'python3-numba', 'yaml': 'python3-yaml'}
@@ -33,8 +33,13 @@ def manifest() -> ElementTree.Element:
 @pytest.fixture(scope='module')
 def setup_call() -> dict[str, ast.expr]:
     """Keyword arguments of setup() in setup.py."""
-    calls = (node for node in ast.walk(ast.parse((ROOT / 'setup.py').read_text())) if isinstance(node, ast.Call))
-    call = next(call for call in calls if isinstance(call.func, ast.Name) and call.func.id == 'setup')
+    return keywords_of('setup', ROOT / 'setup.py')
+
+
+def keywords_of(function: str, path: Path) -> dict[str, ast.expr]:
+    """Return the keyword arguments of the only call of a function in a file."""
+    calls = (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call))
+    (call,) = (call for call in calls if getattr(call.func, 'id', None) == function)
     return {keyword.arg: keyword.value for keyword in call.keywords}
 
 
@@ -94,12 +99,7 @@ def test_pip_requirements_name_every_library_outside_ros():
 def test_console_script_leads_to_a_function(name):
     module, function = entry_points()[name].split(':')
     tree = ast.parse((ROOT / NAME / (module.replace('.', '/') + '.py')).read_text())
-    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)} | imported_names(tree)
-
-
-def imported_names(tree: ast.Module) -> set[str]:
-    imports = (node for node in tree.body if isinstance(node, ast.ImportFrom))
-    return {alias.name for node in imports for alias in node.names}
+    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
 def test_every_folder_with_code_is_a_package():
@@ -109,10 +109,7 @@ def test_every_folder_with_code_is_a_package():
 @pytest.fixture(scope='module')
 def launch_node() -> dict[str, ast.expr]:
     """Keyword arguments of the Node in the launch file."""
-    tree = ast.parse((ROOT / 'launch' / 'ik.launch.py').read_text())
-    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call))
-    call = next(call for call in calls if isinstance(call.func, ast.Name) and call.func.id == 'Node')
-    return {keyword.arg: keyword.value for keyword in call.keywords}
+    return keywords_of('Node', ROOT / 'launch' / 'ik.launch.py')
 
 
 def launch_arguments() -> dict[str, tuple[str, str]]:
@@ -149,7 +146,7 @@ def colcon(workspace: Path, *arguments: str) -> str:
     command = [str(Path(sys.executable).with_name('colcon')), '--log-base', 'log', *arguments]
     environment = {**os.environ, 'PATH': f'{Path(sys.executable).parent}:{os.environ["PATH"]}'}
     environment.pop('PYTHONDONTWRITEBYTECODE', None)
-    done = subprocess.run(command, cwd=workspace, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=workspace, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
 
@@ -158,18 +155,20 @@ def in_workspace(workspace: Path, command: str) -> str:
     """Run a command in a shell that has sourced the workspace, away from this repository."""
     environment = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
     sourced = ['bash', '-c', f'. install/setup.bash && {command}']
-    return subprocess.run(sourced, cwd=workspace, env=environment, stdout=subprocess.PIPE, text=True, check=True).stdout
+    return subprocess.check_output(sourced, cwd=workspace, env=environment, text=True)
 
 
 @pytest.mark.workspace
 def test_colcon_installs_what_ros2_run_looks_for(workspace):
-    assert {path.name for path in (workspace / 'install' / NAME / 'lib' / NAME).iterdir()} == set(entry_points())
+    executables = workspace / 'install' / NAME / 'lib' / NAME
+    assert {path.name for path in executables.iterdir()} == set(entry_points())
     assert 'VALUE' in in_workspace(workspace, f'install/{NAME}/lib/{NAME}/set_param --help')
 
 
 @pytest.mark.workspace
 def test_the_built_package_loads_a_robot_from_its_own_share(workspace):
-    code = f'import {NAME}.share as s; from {NAME}.ik import load_arm; print(s.share_path(), load_arm("panda").n)'
+    code = f'from {NAME}.share import share_path; from {NAME}.ik import load_arm; '
+    code += 'print(share_path(), load_arm("panda").n)'
     share, joints = in_workspace(workspace, f"{sys.executable} -c '{code}'").split()
     assert Path(share) == workspace / 'install' / NAME / 'share' / NAME
     assert joints == '7'
@@ -189,5 +188,5 @@ def test_pip_installs_the_robots_beside_the_code(tmp_path):
     subprocess.run([*pip, '--target', str(tmp_path / 'site'), str(source)], check=True)
     code = f'import {NAME}; from {NAME}.ik import load_arm; print({NAME}.__file__, load_arm("ur5").n)'
     environment = {**os.environ, 'PYTHONPATH': str(tmp_path / 'site')}
-    shown = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert shown.stdout.split() == [str(tmp_path / 'site' / NAME / '__init__.py'), '6'], shown.stderr
+    shown = subprocess.check_output([sys.executable, '-c', code], cwd=tmp_path, env=environment, text=True)
+    assert shown.split() == [str(tmp_path / 'site' / NAME / '__init__.py'), '6']

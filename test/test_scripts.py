@@ -28,13 +28,19 @@ case "$1 $2" in
 esac
 """
 
+SCRIPT = """#!/bin/bash
+set -euo pipefail
+. "${0%/*}/_env.sh"
+use_python "$@"
+echo "$python"
+"""
+
 
 @pytest.mark.parametrize('script', SCRIPTS)
 def test_help_comes_at_once_and_without_an_environment(script, tmp_path):
     environment = {**BARE, 'ROS_IK_VENV': str(tmp_path / 'venv')}
-    shown = subprocess.run([ROOT / 'scripts' / script, '--help'], env=environment, capture_output=True, text=True)
-    assert shown.returncode == 0, shown.stderr
-    assert f'scripts/{script}' in shown.stdout
+    shown = subprocess.check_output([ROOT / 'scripts' / script, '--help'], env=environment, text=True)
+    assert f'scripts/{script}' in shown
     assert not list(tmp_path.iterdir())
 
 
@@ -45,7 +51,8 @@ def test_help_of_a_script_names_every_option_of_its_program(name):
 
 
 def test_run_refuses_an_argument_it_does_not_know():
-    done = subprocess.run([ROOT / 'scripts' / 'run', '--speed', '3'], env=BARE, capture_output=True, text=True)
+    command = [ROOT / 'scripts' / 'run', '--speed', '3']
+    done = subprocess.run(command, env=BARE, capture_output=True, text=True)
     assert done.returncode == 1
     assert "unknown argument '--speed'" in done.stderr
 
@@ -61,9 +68,7 @@ class Setup:
         shutil.copy(ROOT / 'setup.cfg', folder / 'repo')
         shutil.copy(ROOT / 'scripts' / '_env.sh', folder / 'repo' / 'scripts')
         self.interpreter = self.program('interpreter', FAKE_PYTHON)
-        self.script = self.program(
-            'repo/scripts/use', '#!/bin/bash\nset -euo pipefail\n. "${0%/*}/_env.sh"\nuse_python "$@"\necho "$python"\n'
-        )
+        self.script = self.program('repo/scripts/use', SCRIPT)
 
     def program(self, name: str, text: str) -> Path:
         path = self.folder / name
@@ -74,9 +79,14 @@ class Setup:
 
     def start(self, *extras: str, **environment: str) -> subprocess.Popen[str]:
         chosen = {'ROS_IK_PYTHON': str(self.interpreter), 'RECORD': str(self.record)}
-        environment = {**BARE, **chosen, **environment}
-        pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
-        return subprocess.Popen([self.script, *extras], env=environment, text=True, start_new_session=True, **pipes)
+        return subprocess.Popen(
+            [self.script, *extras],
+            env={**BARE, **chosen, **environment},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
 
     def run(self, *extras: str, **environment: str) -> subprocess.CompletedProcess[str]:
         process = self.start(*extras, **environment)
@@ -163,7 +173,7 @@ def test_an_interpreter_that_does_not_run_is_passed_over(setup):
     shims = setup.program('shims/python3.12', '#!/bin/sh\nexit 127\n').parent
     (shims / 'python3').symlink_to(sys.executable)
     version = '.'.join(map(str, sys.version_info[:2]))
-    setup.script.write_text(setup.script.read_text().replace('use_python "$@"', f'python=$(find_python {version})'))
+    setup.script.write_text(SCRIPT.replace('use_python "$@"', f'python=$(find_python {version})'))
     found = setup.run(PATH=f'{shims}:{BARE["PATH"]}')
     assert Path(found.stdout.strip()).name.startswith('python'), found.stderr
 
