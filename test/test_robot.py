@@ -32,6 +32,25 @@ def test_random_chains_agree_with_pinocchio(seed):
     np.testing.assert_allclose(arm.forward(q), expected, atol=EXACT)
 
 
+@pytest.mark.parametrize('seed', range(10))
+def test_the_jacobian_is_pinocchios(seed):
+    rng = np.random.default_rng(300 + seed)
+    arm = load_arm(random_urdf(rng, joints=7, mimics=2), 'link2', 'tip')
+    q = random_q(arm, rng)
+    positions = joint_positions(arm, q)
+    model, data = arm.model, arm.model.createData()
+    configuration = np.array([positions.get(name, 0.0) for name in list(model.names)[1:]])
+    frames = [model.getFrameId(link, pin.FrameType.BODY) for link in ('link2', 'tip')]
+    by_joint = pin.computeFrameJacobian(model, data, configuration, frames[1], pin.LOCAL_WORLD_ALIGNED)
+    pin.framesForwardKinematics(model, data, configuration)
+    base_from_world = data.oMf[frames[0]].rotation.T
+    expected = np.zeros((6, arm.n))
+    for k, name in enumerate(positions):
+        column = by_joint[:, list(model.names).index(name) - 1].reshape(2, 3) @ base_from_world.T
+        expected[:, arm.variable[k]] += arm.multiplier[k] * column.ravel()
+    np.testing.assert_allclose(arm.jacobian(q), expected, atol=EXACT)
+
+
 @pytest.mark.parametrize('seed', range(5))
 def test_the_chain_may_begin_at_any_link(seed):
     rng = np.random.default_rng(100 + seed)
@@ -160,7 +179,7 @@ def test_more_than_twelve_variables_are_refused():
 @pytest.mark.parametrize(
     ('frame', 'positions', 'words'),
     [
-        ('nowhere', {}, "'nowhere' is not a link"),
+        ('nowhere', {}, "frame 'nowhere' does not exist"),
         ('right', {'lj1': 0.0, 'rj1': 0.1}, 'no finite position of joint rj2'),
         ('right', {'rj1': np.nan, 'rj2': np.inf}, 'no finite position of joint rj1, rj2'),
         ('ball', {}, 'rolling (floating)'),
@@ -214,6 +233,13 @@ def test_a_source_may_be_a_name_a_path_or_a_text(tmp_path):
         == load_arm(str(path)).joint_names
         == load_arm(f'\ufeff\n {text}').joint_names
     )
+
+
+def test_an_arm_that_cannot_be_made_names_its_robot():
+    with pytest.raises(
+        ModelError, match="robot 'panda': tip frame 'hand' does not exist; known: panda_link0"
+    ):
+        load_arm('panda', tip='hand')
 
 
 def test_a_malformed_file_is_named(tmp_path):

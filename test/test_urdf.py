@@ -199,6 +199,13 @@ def test_meshes_masses_and_foreign_elements_are_not_looked_at():
     np.testing.assert_array_equal(load_arm(text).forward([0.3, 0.4]), load_arm(GOOD).forward([0.3, 0.4]))
 
 
+def test_prefixes_need_not_be_declared():
+    text = GOOD.replace('effort', 'drake:acceleration="2.5" effort').replace(
+        '</robot>', '<drake:tag/></robot>'
+    )
+    np.testing.assert_array_equal(load_arm(text).forward([0.3, 0.4]), load_arm(GOOD).forward([0.3, 0.4]))
+
+
 def test_names_need_not_be_ascii_and_may_be_shared_by_links_and_joints():
     text = GOOD.replace('shoulder', '肩').replace('elbow', 'łokieć').replace('"tip"', '"universe"')
     for source in (text, '<?xml version="1.0" encoding="utf-8"?>\n' + text):

@@ -168,6 +168,14 @@ def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str |
 
     """
     tree = read_tree(source)
+    try:
+        return _make_arm(tree, base, tip)
+    except ModelError as error:
+        raise ModelError(f'robot {tree.name!r}: {error}') from error
+
+
+def _make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
+    """Make the arm between two frames of a robot."""
     base = tree.check_link(base, 'base frame') if base else tree.root
     tip = tree.check_link(tip, 'tip frame') if tip else tree.tip or _find_tip(tree, base)
     chain = make_chain(tree, base, tip)

@@ -102,7 +102,7 @@ class Tree:
     def check_link(self, name: str, role: str) -> str:
         """Return the name of a link that exists, or raise ModelError with the names that come close."""
         if name not in self.links:
-            raise ModelError(f'{role} {name!r} is not a link of {self.name!r}; {suggest(name, self.links)}')
+            raise ModelError(f'{role} {name!r} does not exist; {suggest(name, self.links)}')
         return name
 
     def drive(self, joint: Joint) -> tuple[Joint, float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from xml.etree import ElementTree
+from xml.parsers import expat
 
 import numpy as np
 
@@ -39,7 +40,7 @@ def parse_urdf(text: str | bytes) -> Tree:
     robot = _parse_xml(text)
     if robot.tag != 'robot':
         raise ModelError(f'the root element is <{robot.tag}>; expected <robot>, is this a URDF?')
-    if any('xacro' in element.tag for element in robot):
+    if any(element.tag.startswith('xacro:') for element in robot):
         raise ModelError('the text holds xacro macros; expand it to URDF first: xacro FILE > robot.urdf')
     links = [_name(element, 'link') for element in robot.findall('link')]
     if len(links) > MAX_LINKS:
@@ -48,29 +49,28 @@ def parse_urdf(text: str | bytes) -> Tree:
     return grow(robot.get('name') or 'robot', links, joints)
 
 
-class _Builder(ElementTree.TreeBuilder):
-    """Element builder that refuses a DOCTYPE, and with it every entity declaration."""
-
-    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
-        raise ModelError(f'the XML declares a DOCTYPE ({name}); URDF needs none, remove it')
-
-
 def _parse_xml(text: str | bytes) -> ElementTree.Element:
-    """Parse the document; errors give line and column."""
+    """Parse the document; errors give line and column. Prefixes need no declaration, as in ROS itself."""
     if len(text) > MAX_BYTES:
         raise ModelError(f'the URDF has {len(text)} bytes; at most {MAX_BYTES} are read')
-    parser = ElementTree.XMLParser(target=_Builder())
+    builder = ElementTree.TreeBuilder()
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = _refuse_doctype
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
     try:
-        parser.feed(text)
-        return parser.close()
-    except ElementTree.ParseError as error:
-        line, column = error.position
-        reason = str(error).split(':')[0]
-        raise ModelError(f'line {line}, column {column + 1}: not well-formed XML ({reason})') from error
-    except ModelError:
-        raise
-    except (ValueError, LookupError) as error:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        where = f'line {error.lineno}, column {error.offset + 1}'
+        raise ModelError(f'{where}: not well-formed XML ({expat.ErrorString(error.code)})') from error
+    except (UnicodeError, LookupError) as error:
         raise ModelError(f'the XML cannot be decoded: {error}') from error
+    return builder.close()
+
+
+def _refuse_doctype(name: str, *_: object) -> None:
+    """Refuse a DOCTYPE, and with it every entity declaration."""
+    raise ModelError(f'the XML declares a DOCTYPE ({name}); URDF needs none, remove it')
 
 
 def _name(element: ElementTree.Element, what: str) -> str:
