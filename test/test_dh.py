@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from ros_ik_pkg.ik.dh import parse_dh
 from ros_ik_pkg.ik.exceptions import ModelError
-from ros_ik_pkg.ik.robot import load_arm, robot_names
+from ros_ik_pkg.ik.robot import load_arm
+from ros_ik_pkg.ik.sources import robot_names
 from ros_ik_pkg.share import share_path
 
 EXACT = 1e-12

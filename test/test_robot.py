@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from chains import chain, flat_pose, joint_positions, joint_xml, pinocchio_pose, random_urdf, urdf
 
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
-from ros_ik_pkg.ik.robot import load_arm, robot_names
+from ros_ik_pkg.ik.robot import load_arm
+from ros_ik_pkg.ik.sources import robot_names
 from ros_ik_pkg.share import share_path
 
 ROBOTS = ('iiwa14', 'panda', 'planar3r', 'puma560', 'stanford', 'ur5')
@@ -136,6 +139,7 @@ TWO_ARMS = urdf(
 def test_without_a_tip_the_leaf_with_the_most_joints_is_taken():
     assert load_arm(TWO_ARMS).tip_frame == 'left'
     assert load_arm(TWO_ARMS, 'r1').tip_frame == 'right'
+    assert load_arm(TWO_ARMS, 'camera').tip_frame == 'left'
 
 
 def test_several_equal_tips_are_listed():
@@ -169,6 +173,19 @@ def test_empty_frame_names_mean_the_default():
     assert load_arm(TWO_ARMS, '', '').tip_frame == 'left'
 
 
+def test_the_base_may_be_fixed_to_a_link_above_the_tip():
+    arm = load_arm(
+        TWO_ARMS.replace('<child link="camera"/><origin xyz="0.0', '<child link="camera"/><origin xyz="0.7'),
+        'camera',
+        'left',
+    )
+    position = arm.forward(np.zeros(3))[:3, 3]
+    np.testing.assert_allclose(
+        position, load_arm(TWO_ARMS).forward(np.zeros(3))[:3, 3] - [0.7, 0, 0], atol=EXACT
+    )
+    assert arm.joint_names == ('lj1', 'lj2', 'lj3')
+
+
 def test_more_than_twelve_variables_are_refused():
     text = random_urdf(np.random.default_rng(1), joints=13, branches=0)
     with pytest.raises(ModelError, match='13 joints move between'):
@@ -189,6 +206,15 @@ def test_a_frame_that_cannot_be_placed_is_refused_with_the_reason(frame, positio
     with pytest.raises(ArgumentError) as caught:
         load_arm(TWO_ARMS, tip='left').base_from_frame(frame, positions)
     assert words in str(caught.value)
+
+
+def test_an_arm_can_be_sent_to_another_process():
+    arm = load_arm(TWO_ARMS, tip='left')
+    positions = {'lj1': 0.1, 'lj2': 0.2, 'lj3': 0.3}
+    pose = arm.base_from_frame('left', positions)
+    copy = pickle.loads(pickle.dumps(arm))
+    np.testing.assert_array_equal(copy.base_from_frame('left', positions), pose)
+    np.testing.assert_array_equal(copy.forward([0.1, 0.2, 0.3]), arm.forward([0.1, 0.2, 0.3]))
 
 
 def test_a_frame_fixed_to_the_base_needs_no_positions():

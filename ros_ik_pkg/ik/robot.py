@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
+from threading import Lock
 
 import numpy as np
 import pinocchio as pin
 
 from ros_ik_pkg.ik.chain import Chain, make_chain
-from ros_ik_pkg.ik.dh import parse_dh
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.kinematics import forward_kinematics, geometric_jacobian
+from ros_ik_pkg.ik.sources import read_tree
 from ros_ik_pkg.ik.transforms import rotation_from_z, transform
 from ros_ik_pkg.ik.tree import Joint, Tree, shorten
-from ros_ik_pkg.ik.urdf import parse_urdf
-from ros_ik_pkg.share import share_path
 
-READERS: dict[str, Callable[[bytes], Tree]] = {'.yaml': parse_dh, '.yml': parse_dh, '.urdf': parse_urdf}
+DATA_LOCK = Lock()  # guards Arm._data
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +110,15 @@ class Arm:
                 q[index] = value
         except ModelError as error:
             raise ArgumentError(str(error)) from error
-        data = self.model.createData()
-        pin.framesForwardKinematics(self.model, data, q)
-        base, other = (data.oMf[_frame_id(self.tree, name)] for name in (self.base_frame, frame))
-        return base.actInv(other).homogeneous
+        with DATA_LOCK:
+            pin.framesForwardKinematics(self.model, self._data, q)
+            base, other = (self._data.oMf[_frame_id(self.tree, name)] for name in (self.base_frame, frame))
+            return base.actInv(other).homogeneous
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        """Workspace of Pinocchio; making it anew takes milliseconds on a humanoid."""
+        return self.model.createData()
 
     def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
         """Compute the values, by index into the model's q, of the joints between base frame and `frame`."""
@@ -187,46 +192,15 @@ def _make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
         variable=chain.variable, multiplier=chain.multiplier, offset=chain.offset, model=model, tree=tree)
 
 
-def robot_names() -> tuple[str, ...]:
-    """Names of the robots that come with the package."""
-    return tuple(sorted(path.stem for path in (share_path() / 'config' / 'robots').glob('*.yaml')))
-
-
-def read_tree(source: str | os.PathLike[str]) -> Tree:
-    """Read the links and joints of a robot from any source that `load_arm` takes."""
-    if isinstance(source, str) and source.lstrip('\ufeff \t\r\n').startswith('<'):
-        return parse_urdf(source.lstrip('\ufeff \t\r\n'))
-    try:
-        path = _find_file(source)
-        content = path.read_bytes()
-    except ModelError:
-        raise
-    except (OSError, TypeError, ValueError) as error:
-        raise ModelError(f'cannot read the robot {source!r}: {error}') from error
-    try:
-        return READERS[path.suffix.lower()](content)
-    except ModelError as error:
-        raise ModelError(f'{path}: {error}') from error
-
-
-def _find_file(source: str | os.PathLike[str]) -> Path:
-    """Find the file that a name or path means."""
-    path = Path(source)
-    if path.suffix.lower() in READERS:
-        return path
-    if str(source) in robot_names():
-        return share_path() / 'config' / 'robots' / f'{source}.yaml'
-    raise ModelError(f'robot {str(source)!r} is not known: expected one of {shorten(robot_names())}, '
-                     f'a path that ends in {shorten(READERS)}, or URDF text')
-
-
 def _find_tip(tree: Tree, base: str) -> str:
-    """Choose the leaf below base with the most movable joints above it."""
+    """Choose the leaf with the most movable joints between base and it."""
     parents = {joint.parent for joint in tree.joints}
-    paths = {link: tree.path_from_root(link) for link in tree.links if link not in parents}
-    counts = {link: sum(joint.movable for joint in path) for link, path in paths.items()
-              if link == base or any(joint.parent == base for joint in path)}
-    best = [link for link, count in counts.items() if count == max(counts.values())]
+    counts: dict[str, int] = {}
+    for leaf in set(tree.links) - parents:
+        with suppress(ModelError):
+            counts[leaf] = sum(joint.movable for joint in tree.path(base, leaf))
+    most = max(counts.values())
+    best = [link for link in tree.links if counts.get(link) == most]
     if len(best) > 1:
         raise ModelError(f'the robot has several possible tips: {shorten(best)}; choose one as tip frame')
     return best[0]

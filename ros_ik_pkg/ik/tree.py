@@ -87,17 +87,22 @@ class Tree:
         return path[::-1]
 
     def path(self, base: str, tip: str) -> list[Joint]:
-        """Collect the joints from base down to tip; raises ModelError where there is no such way."""
+        """Collect the joints from base down to tip; raises ModelError where there is no such way.
+
+        The base may also be a link that is fixed to one above the tip, as the `base` of a UR is.
+        """
         to_base, to_tip = self.path_from_root(base), self.path_from_root(tip)
-        if to_tip[:len(to_base)] != to_base:
-            hint = '; exchange base and tip' if to_base[:len(to_tip)] == to_tip else ''
+        shared = _count_shared(to_base, to_tip)
+        if any(joint.kind != 'fixed' for joint in to_base[shared:]):
+            hint = '; exchange base and tip' if shared == len(to_tip) else ''
             raise ModelError(f'tip frame {tip!r} does not descend from base frame {base!r}{hint}')
-        return to_tip[len(to_base):]
+        return to_tip[shared:]
 
     def joints_between(self, one: str, other: str) -> list[Joint]:
         """Collect the joints whose motion moves two links relative to each other."""
         first, second = self.path_from_root(one), self.path_from_root(other)
-        return [joint for joint in first + second if (joint in first) != (joint in second)]
+        shared = _count_shared(first, second)
+        return first[shared:] + second[shared:]
 
     def check_link(self, name: str, role: str) -> str:
         """Return the name of a link that exists, or raise ModelError with the names that come close."""
@@ -151,6 +156,11 @@ def shorten(names: Iterable[str], most: int = 12) -> str:
     """Write names as a list that fits into a message."""
     names = list(names)
     return ', '.join(names[:most]) + (f', ... ({len(names)} in all)' if len(names) > most else '')
+
+
+def _count_shared(first: list[Joint], second: list[Joint]) -> int:
+    """Count the joints that two paths from the root have in common."""
+    return sum(one is other for one, other in zip(first, second))
 
 
 def _refuse_duplicates(names: list[str], what: str) -> None:
