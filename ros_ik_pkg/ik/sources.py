@@ -9,7 +9,7 @@ from pathlib import Path
 from ros_ik_pkg.ik.dh import parse_dh
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.tree import Tree, shorten
-from ros_ik_pkg.ik.urdf import parse_urdf
+from ros_ik_pkg.ik.urdf import MAX_BYTES, parse_urdf
 from ros_ik_pkg.share import share_path
 
 READERS: dict[str, Callable[[bytes], Tree]] = {'.yaml': parse_dh, '.yml': parse_dh, '.urdf': parse_urdf}
@@ -27,7 +27,8 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
         return parse_urdf(source.lstrip(BLANK))
     try:
         path = _find_file(source)
-        content = path.read_bytes()
+        with path.open('rb') as file:
+            content = file.read(MAX_BYTES + 1)  # the reader refuses what is longer
     except ModelError:
         raise
     except (OSError, TypeError, ValueError) as error:
