@@ -1,0 +1,109 @@
+"""One target to one answer: pose, frame, seed, solve, check."""
+
+from __future__ import annotations
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+
+from ros_ik_pkg.ik import ArgumentError, Arm, Solution, solve
+from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer, RefusedError, shorten
+from ros_ik_pkg.ros.check import fault_of
+from ros_ik_pkg.ros.joint_states import JointStates
+from ros_ik_pkg.ros.messages import target_pose
+from ros_ik_pkg.ros.parameters import Settings
+
+AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and so is the topic robot_description'
+
+
+class Answering:
+    """Answers targets with the arm, the settings and the joint states of the moment."""
+
+    def __init__(self) -> None:
+        self.joint_states = JointStates()
+        self.arm: Arm | None = None
+        self.settings: Settings | None = None
+        self._last_solution: np.ndarray | None = None
+
+    def take_over(self, settings: Settings, arm: Arm | None) -> None:
+        """Use these settings and this arm from the next target on."""
+        if arm is not self.arm:
+            self._last_solution = None
+        self.settings, self.arm = settings, arm
+
+    def answer(self, target: PoseStamped, trace: bool) -> Answer:
+        """Return the one answer to a target; what is refused on the way becomes a refused answer."""
+        try:
+            return self._solve(target, trace)
+        except RefusedError as error:
+            return self._without_solution(target, REFUSED, error.cause, str(error))
+        except ArgumentError as error:
+            return self._without_solution(target, REFUSED, 'argument', str(error))
+
+    def internal_error(self, target: PoseStamped, error: Exception) -> Answer:
+        """Return the answer to a target whose handling failed in a way that nobody foresaw."""
+        reason = f'internal error {type(error).__name__}: {error}'
+        return self._without_solution(target, FAILED, INTERNAL_ERROR, reason)
+
+    def _without_solution(self, target: PoseStamped, outcome: str, cause: str, reason: str) -> Answer:
+        return Answer(target, outcome, cause, shorten(reason, 1000), self.settings.options.method, self.arm)
+
+    def _solve(self, target: PoseStamped, trace: bool) -> Answer:
+        arm, options = self.arm, self.settings.options
+        if arm is None:
+            raise RefusedError('no_robot', AWAITING_ROBOT)
+        base_from_target, notes = self._base_from_target(target, arm)
+        seed, seed_notes = self._seed(arm)
+        solution = solve(arm, base_from_target, seed, options, trace=trace)
+        outcome, reason = _judge(solution, base_from_target, arm, self.settings)
+        if outcome == SOLVED:
+            self._last_solution = solution.q
+        if solution.seed_clipped:
+            seed_notes += ('seed outside the limits brought inside',)
+        return Answer(
+            target, outcome, solution.status.label, reason, options.method, arm, solution, notes + seed_notes
+        )
+
+    def _base_from_target(self, target: PoseStamped, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Return the target (4, 4) in the base frame, whatever frame of the robot it was given in."""
+        frame_from_target, notes = target_pose(target)
+        frame = target.header.frame_id.removeprefix('/')
+        if frame in ('', arm.base_frame):
+            return frame_from_target, notes
+        try:
+            return arm.base_from_frame(frame, self.joint_states.positions()) @ frame_from_target, notes
+        except ArgumentError as error:
+            raise RefusedError('frame', f'target frame: {error}') from error
+
+    def _seed(self, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Return the configuration (n,) to start from, as seed_source says."""
+        source = self.settings.seed_source
+        if source == 'last_solution' and self._last_solution is not None:
+            return self._last_solution, ()
+        if source != 'joint_states':
+            return arm.home, ()
+        if self.joint_states.empty and self.settings.home_until_joint_states:
+            return arm.home, ('no joint state yet, started from home',)
+        return self.joint_states.seed(arm.joint_names), ()
+
+
+def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str]:
+    """Return outcome and reason; what the solver calls converged is looked at once more."""
+    if not solution.converged:
+        return FAILED, _why(solution, arm)
+    if fault := fault_of(solution.q, target, arm, settings.options):
+        return FAILED, f'internal error: an answer called converged did not pass the check, {fault}'
+    return SOLVED, solution.status.text
+
+
+def _why(solution: Solution, arm: Arm) -> str:
+    """Say in words why there is no answer, and how near the best attempt came."""
+    parts = [
+        solution.status.text,
+        f'the best of {solution.attempts} attempts is {solution.position_error:.3g} m and '
+        f'{solution.orientation_error:.3g} rad off',
+    ]
+    if solution.joints_at_limits:
+        parts.append('at their limits: ' + ', '.join(arm.joint_names[i] for i in solution.joints_at_limits))
+    if np.isfinite(solution.sigma_min):
+        parts.append(f'smallest singular value {solution.sigma_min:.2g}')
+    return '; '.join(parts)

@@ -1,0 +1,70 @@
+"""Every topic of the node in one table: name, type, direction, QoS and text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, String
+
+NODE_NAME = 'ik_node'
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic; `~/` names belong to the node, the others are shared and may be remapped."""
+
+    name: str
+    type: Any
+    direction: str
+    text: str
+    depth: int = 1
+    best_effort: bool = False
+    latched: bool = False
+
+    @property
+    def qos(self) -> QoSProfile:
+        """Quality of service, reliable and volatile unless declared otherwise."""
+        return QoSProfile(
+            depth=self.depth,
+            reliability=ReliabilityPolicy.BEST_EFFORT if self.best_effort else ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if self.latched else DurabilityPolicy.VOLATILE,
+        )
+
+
+TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
+JOINT_STATES = Topic(
+    'joint_states',
+    JointState,
+    'in',
+    'joint positions by name, any order, extra joints ignored',
+    best_effort=True,
+)
+ROBOT_DESCRIPTION = Topic(
+    'robot_description', String, 'in', 'URDF, used when the parameters name no robot', latched=True
+)
+SOLUTION = Topic('~/solution', JointState, 'out', 'answers within tolerance and limits only', depth=10)
+RESULT = Topic(
+    '~/result', DiagnosticArray, 'out', 'one status for every target: solved, failed or refused', depth=100
+)
+ITERATIONS = Topic('~/iterations', DiagnosticArray, 'out', 'one status per iteration, for people', depth=10)
+TRACE = Topic('~/trace', Float64MultiArray, 'out', 'the same as a matrix with labelled columns', depth=10)
+TCP_PATH = Topic('~/tcp_path', Path, 'out', 'where the tip was at each iteration', depth=10)
+DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node, once a second')
+
+TOPICS = (
+    TARGET_POSE,
+    JOINT_STATES,
+    ROBOT_DESCRIPTION,
+    SOLUTION,
+    RESULT,
+    ITERATIONS,
+    TRACE,
+    TCP_PATH,
+    DIAGNOSTICS,
+)

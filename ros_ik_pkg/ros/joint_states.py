@@ -1,0 +1,83 @@
+"""Joint states by name: kept as they come, read only when a target needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from sensor_msgs.msg import JointState
+
+from ros_ik_pkg.ros.answer import RefusedError, shorten
+
+MAX_SOURCES = 64  # publishers with different sets of names; the one that was silent longest goes first
+
+
+class JointStates:
+    """The newest message of every set of joint names; the newest message that names a joint speaks for it."""
+
+    def __init__(self) -> None:
+        self._newest: dict[tuple[str, ...], JointState] = {}
+
+    def keep(self, message: JointState) -> None:
+        """Take a message; all else is left for when a target comes."""
+        names = tuple(message.name)
+        self._newest.pop(names, None)
+        self._newest.pop((), None)  # one without names is at fault for nothing but itself
+        self._newest[names] = message
+        if len(self._newest) > MAX_SOURCES:
+            del self._newest[next(iter(self._newest))]
+
+    @property
+    def empty(self) -> bool:
+        """Whether no message came so far."""
+        return not self._newest
+
+    def seed(self, joint_names: Sequence[str]) -> np.ndarray:
+        """Return the positions (n,) of these joints [rad, m]; refuse the target where they are not known."""
+        found: dict[str, float] = {}
+        for names, message in reversed(self._newest.items()):
+            open_names = [name for name in joint_names if name not in found and name in names]
+            if fault := _fault(message, open_names):
+                raise RefusedError('joint_states', fault)
+            if message.position:
+                found.update((name, message.position[names.index(name)]) for name in open_names)
+            if len(found) == len(joint_names):
+                return np.array([found[name] for name in joint_names])
+        raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
+
+    def positions(self) -> dict[str, float]:
+        """Return every position that was given, by joint name [rad, m]."""
+        merged: dict[str, float] = {}
+        for names, message in self._newest.items():
+            if len(message.position) == len(names):
+                merged.update(zip(names, message.position))
+        return merged
+
+    def _what_is_missing(self, joint_names: Sequence[str], found: dict[str, float]) -> str:
+        """Say which joints have no position yet, and what came instead."""
+        if self.empty:
+            return 'no message on joint_states yet, and seed_source is joint_states'
+        missing = ', '.join(name for name in joint_names if name not in found)
+        if found:
+            return shorten(f'joint_states gave no position yet of {missing}')
+        got = ', '.join(name for names in self._newest for name in names) or 'no names'
+        return f'joint_states gave none of the joints: expected {shorten(missing)}; got {shorten(got)}'
+
+
+def _fault(message: JointState, names: Sequence[str]) -> str:
+    """Say what is wrong with a message that speaks for the joints `names`; empty where nothing is."""
+    if message.name and not names:
+        return ''
+    sizes = {len(values) for values in (message.position, message.velocity, message.effort) if values}
+    if sizes - {len(message.name)}:
+        return (
+            f'joint_states has {len(message.name)} names, {len(message.position)} positions, '
+            f'{len(message.velocity)} velocities and {len(message.effort)} efforts; '
+            'expected as many of each as names, or none'
+        )
+    for name in names:
+        if message.name.count(name) > 1:
+            return f'joint_states names {name} more than once'
+        if message.position and not np.isfinite(position := message.position[message.name.index(name)]):
+            return f'joint_states has position {position} of {name}; expected a finite number'
+    return ''

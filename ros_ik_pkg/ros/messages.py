@@ -1,0 +1,88 @@
+"""Messages to arrays and arrays to messages; pure functions."""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+import numpy as np
+import pinocchio as pin
+from geometry_msgs.msg import Point, Pose, PoseStamped
+from nav_msgs.msg import Path
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
+
+from ros_ik_pkg.ik import TRACE_COLUMNS
+from ros_ik_pkg.ros.answer import Answer, RefusedError
+
+QUATERNION_SLACK = 0.01  # a norm this far from 1 is rounding or a slip; beyond it, no rotation was meant
+QUATERNION_ROUNDING = 1e-6  # nearer to 1 than this needs no mention
+MAX_DISTANCE = 1e6  # m; further off, a millimetre is lost in the rounding
+
+
+def target_pose(message: PoseStamped) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the pose (4, 4) [m] in the frame of the header, and notes on what was mended.
+
+    Raises RefusedError on numbers that are not finite, positions beyond MAX_DISTANCE and quaternions whose
+    norm is further than QUATERNION_SLACK from 1.
+    """
+    p, q = message.pose.position, message.pose.orientation
+    position, quaternion = np.array([p.x, p.y, p.z]), np.array([q.x, q.y, q.z, q.w])
+    _refuse_unless_finite('position', position)
+    _refuse_unless_finite('orientation', quaternion)
+    if np.abs(position).max() > MAX_DISTANCE:
+        raise RefusedError('position', f'target position {position.tolist()} is beyond {MAX_DISTANCE:g} m')
+    norm = math.hypot(*quaternion)
+    if abs(norm - 1.0) > QUATERNION_SLACK:
+        raise RefusedError(
+            'quaternion',
+            f'target orientation has norm {norm:.6g}; expected a unit quaternion x y z w, '
+            f'its norm within {QUATERNION_SLACK} of 1',
+        )
+    notes = () if abs(norm - 1.0) <= QUATERNION_ROUNDING else (f'quaternion of norm {norm:.6g} normalised',)
+    rotation = pin.Quaternion(quaternion / norm).matrix()
+    return pin.SE3(rotation, position).homogeneous, notes
+
+
+def _refuse_unless_finite(name: str, values: np.ndarray) -> None:
+    if not np.isfinite(values).all():
+        raise RefusedError('not_finite', f'target {name} is {values.tolist()}; expected finite numbers')
+
+
+def solution_message(answer: Answer) -> JointState:
+    """Return the joint positions [rad, m] under the stamp of the target."""
+    return JointState(
+        header=base_header(answer),
+        name=list(answer.arm.joint_names),
+        position=array('d', answer.solution.q.tobytes()),
+    )
+
+
+def trace_message(answer: Answer) -> Float64MultiArray:
+    """Return the trace as a matrix: TRACE_COLUMNS, then the joint positions; the labels name the columns."""
+    trace = answer.solution.trace
+    matrix = np.hstack([trace.rows, trace.joint_positions])
+    rows, columns = matrix.shape
+    message = Float64MultiArray(data=array('d', matrix.tobytes()))
+    message.layout.dim = [
+        MultiArrayDimension(label='rows', size=rows, stride=rows * columns),
+        MultiArrayDimension(label=','.join(trace_labels(answer)), size=columns, stride=columns),
+    ]
+    return message
+
+
+def trace_labels(answer: Answer) -> tuple[str, ...]:
+    """Names of the columns of the trace message."""
+    return (*TRACE_COLUMNS, *answer.arm.joint_names)
+
+
+def path_message(answer: Answer) -> Path:
+    """Return the positions of the tip, row by row of the trace, in the base frame."""
+    header = base_header(answer)
+    points = (Point(x=x, y=y, z=z) for x, y, z in answer.solution.trace.tip_positions.tolist())
+    return Path(header=header, poses=[PoseStamped(header=header, pose=Pose(position=p)) for p in points])
+
+
+def base_header(answer: Answer) -> Header:
+    """Header with the stamp of the target and the base frame of the arm."""
+    return Header(stamp=answer.target.header.stamp, frame_id=answer.arm.base_frame)

@@ -1,0 +1,203 @@
+"""The node's parameters: declared from the options, checked as a whole, applied as a whole."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ros_ik_pkg.ik import METHODS, OPTIONS, Arm, IkError, OptionError, SolveOptions
+from ros_ik_pkg.ik.options import Option
+from ros_ik_pkg.ros.answer import shorten
+
+SEED_SOURCES = ('joint_states', 'last_solution', 'home')
+
+
+@dataclass(frozen=True)
+class ListOption(Option):
+    """A list of any of the `allowed` texts."""
+
+    def check(self, value: Any) -> tuple[str, ...]:
+        """Return the entries once each, in the order given, or raise OptionError."""
+        entries = () if value is None else value
+        if isinstance(entries, str) or any(entry not in self.allowed for entry in entries):
+            raise self._refuse(value)
+        return tuple(dict.fromkeys(entries))
+
+    def expected(self) -> str:
+        """Say in words what values are allowed."""
+        return f'a list of any of {", ".join(self.allowed)}'
+
+
+def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = ()) -> Option:
+    kind = ListOption if isinstance(default, tuple) else Option
+    return kind(name=name, ros_name=name, default=default, text=text, allowed=allowed)
+
+
+ARM_OPTIONS = (
+    _node_option('robot', 'puma560', 'a name in config/robots, or the path of a .urdf or DH .yaml; '
+                 'empty: the URDF of the robot_description topic'),
+    _node_option('robot_description', '', 'URDF text; used instead of robot where not empty'),
+    _node_option('base_frame', '',
+                 'frame that targets and solutions speak of; empty: the root of the robot'),
+    _node_option('tip_frame', '', 'frame that shall reach the target; empty: the end of the robot'),
+)  # fmt: skip
+SEED_OPTIONS = (
+    _node_option('seed_source', 'joint_states', 'where a solve starts: the current joints, the last solution '
+                 '(before the first: home), or home', SEED_SOURCES),
+    _node_option('home_until_joint_states', False, 'start from home while no joint state has come, '
+                 'instead of refusing targets'),
+)  # fmt: skip
+COMPARE_OPTION = _node_option(
+    'compare', (), 'methods that solve every target too, for comparison', (*METHODS, 'all')
+)
+NODE_OPTIONS = (*ARM_OPTIONS, *SEED_OPTIONS, COMPARE_OPTION)
+PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *SEED_OPTIONS, COMPARE_OPTION)}
+ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All parameters at one moment."""
+
+    options: SolveOptions
+    robot: str
+    robot_description: str
+    base_frame: str
+    tip_frame: str
+    seed_source: str
+    home_until_joint_states: bool
+    compare: tuple[str, ...]
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, Any]) -> Settings:
+        """Check values by parameter name, all of them; raise OptionError that names the first wrong one."""
+        options = SolveOptions(**{option.name: values[option.ros_name] for option in OPTIONS})
+        return cls(options, **{option.name: option.check(values[option.ros_name]) for option in NODE_OPTIONS})
+
+
+Prepare = Callable[[Settings, bool], Arm | None]
+Apply = Callable[[Settings, Arm | None], None]
+
+
+class Parameters:
+    """Declares the parameters on a node, which must allow undeclared ones; a change is all or nothing.
+
+    prepare(settings, arm_changes): loads the arm if it changes; an IkError refuses the change.
+    apply(settings, arm): takes over; called for the values at the start too.
+
+    Raises OptionError for a wrong value at the start, and ModelError for a robot that cannot be loaded.
+    """
+
+    def __init__(self, node: Node, prepare: Prepare, apply: Apply) -> None:
+        self._node, self._prepare, self._take_over = node, prepare, apply
+        self._values = _declare(node)
+        settings = Settings.from_values(self._values)
+        self._pending = (settings, prepare(settings, True))
+        node.add_pre_set_parameters_callback(_convert)
+        node.set_parameters_atomically([_parameter(name, value) for name, value in self._values.items()])
+        self._describe(PARAMETERS)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
+        self._apply([])
+
+    def _check(self, changes: list[Parameter]) -> SetParametersResult:
+        """Accept or refuse a change; what was loaded for it waits for `_apply`."""
+        own = _own(changes)
+        try:
+            _refuse_unknown(self._node, changes)
+            settings = Settings.from_values(self._values | own)
+            self._pending = (settings, self._prepare(settings, not ARM_PARAMETERS.isdisjoint(own)))
+        except IkError as error:
+            self._describe(own)  # anew: rclpy has noted the type of the refused value already
+            return SetParametersResult(successful=False, reason=shorten(str(error), 1000))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, changes: list[Parameter]) -> None:
+        self._values |= _own(changes)
+        self._take_over(*self._pending)
+
+    def _describe(self, names: Iterable[str]) -> None:
+        for name in names:
+            self._node.set_descriptor(name, descriptor(PARAMETERS[name]))
+
+
+def _own(changes: list[Parameter]) -> dict[str, Any]:
+    """Values by name of what is declared here; rclpy has a few parameters of its own."""
+    return {parameter.name: parameter.value for parameter in changes if parameter.name in PARAMETERS}
+
+
+def _refuse_unknown(node: Node, changes: list[Parameter]) -> None:
+    for parameter in changes:
+        if not node.has_parameter(parameter.name):
+            raise OptionError(f'parameter {parameter.name} is not known{_suggestion(parameter.name)}')
+
+
+def _declare(node: Node) -> dict[str, Any]:
+    """Declare every parameter and return the values at the start, by name; ranges are left for later."""
+    undescribed = ParameterDescriptor(dynamic_typing=True)
+    declared = node.declare_parameters(
+        '', [(name, _plain(option.default), undescribed) for name, option in PARAMETERS.items()]
+    )
+    return {parameter.name: _converted(parameter).value for parameter in declared}
+
+
+def descriptor(option: Option) -> ParameterDescriptor:
+    """Describe a parameter: text, unit, what is allowed, and the range where ROS can hold it.
+
+    Types are dynamic for rclpy, so that an integer may stand for a float and a refusal names the parameter.
+    """
+    described = ParameterDescriptor(
+        description=option.text + (f' [{option.unit}]' if option.unit else ''),
+        additional_constraints=option.expected(),
+        dynamic_typing=True,
+    )
+    if isinstance(option.default, (bool, str, tuple)):
+        return described
+    low, high = option.minimum, option.maximum
+    if isinstance(option.default, int):
+        described.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    else:
+        described.floating_point_range = [FloatingPointRange(from_value=float(low), to_value=float(high))]
+    return described
+
+
+def _convert(changes: list[Parameter]) -> list[Parameter]:
+    """Turn 1 into 1.0 where a float is meant; wrong values pass as they are, to be refused by name."""
+    return [_converted(parameter) if parameter.name in PARAMETERS else parameter for parameter in changes]
+
+
+def _converted(parameter: Parameter) -> Parameter:
+    try:
+        value = PARAMETERS[parameter.name].check(parameter.value)
+    except OptionError:
+        return parameter
+    return _parameter(parameter.name, value)
+
+
+def _parameter(name: str, value: Any) -> Parameter:
+    """Make a parameter of the declared type; an empty list would not tell its own."""
+    if isinstance(PARAMETERS[name], ListOption):
+        return Parameter(name, Parameter.Type.STRING_ARRAY, list(value))
+    return Parameter(name, value=_plain(value))
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def warnings_about_unknown(node: Node) -> list[str]:
+    """Say which parameters given at the start the node does not have; ROS itself is silent about a slip."""
+    given = node._parameter_overrides  # rclpy has no public name for it
+    return [f'parameter {name} is not known and ignored{_suggestion(name)}' for name in given
+            if not node.has_parameter(name)]
+
+
+def _suggestion(name: str) -> str:
+    near = difflib.get_close_matches(name, PARAMETERS, n=1)
+    return f'; did you mean {near[0]}?' if near else ''

@@ -1,0 +1,88 @@
+"""An answer as diagnostic statuses: one for ~/result, one per iteration for ~/iterations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from ros_ik_pkg.ik import TRACE_COLUMNS
+from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer, shorten
+from ros_ik_pkg.ros.messages import base_header
+
+LEVELS = {SOLVED: DiagnosticStatus.OK, FAILED: DiagnosticStatus.WARN, REFUSED: DiagnosticStatus.ERROR}
+MAX_ITERATION_STATUSES = 5000  # about 0.3 s of work; ~/trace has every row
+WHOLE_COLUMNS = ('attempt', 'iteration', 'joints_at_limits')
+
+
+def result_message(answer: Answer, node_name: str) -> DiagnosticArray:
+    """Return the one status of a target, under the stamp of the target."""
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.ERROR if answer.cause == INTERNAL_ERROR else LEVELS[answer.outcome],
+        name=f'{node_name}: {answer.outcome}',
+        message=answer.reason,
+        hardware_id=answer.arm.name if answer.arm else '',
+        values=key_values(_result_values(answer)),
+    )
+    header = answer.target.header
+    array = DiagnosticArray(status=[status])
+    array.header.stamp = header.stamp
+    array.header.frame_id = shorten(header.frame_id)
+    return array
+
+
+def _result_values(answer: Answer) -> dict[str, Any]:
+    """Figures of a result: the solver's where it was asked, and what every target has."""
+    header = answer.target.header
+    return {
+        'outcome': answer.outcome,
+        'method': answer.method,
+        'status': answer.cause,
+        **_figures(answer),
+        'notes': '; '.join(answer.notes),
+        'target_frame': shorten(header.frame_id),
+        'target_stamp': f'{header.stamp.sec}.{header.stamp.nanosec:09d}',
+    }
+
+
+def _figures(answer: Answer) -> dict[str, Any]:
+    solution = answer.solution
+    if solution is None:
+        return {}
+    names = answer.arm.joint_names
+    return {
+        'position_error': solution.position_error,
+        'orientation_error': solution.orientation_error,
+        'iterations': solution.iterations,
+        'attempts': solution.attempts,
+        'solve_time': solution.solve_time,
+        'joint_distance': solution.joint_distance,
+        'sigma_min': solution.sigma_min,
+        'joints_at_limits': ' '.join(names[i] for i in solution.joints_at_limits),
+    }
+
+
+def iterations_message(answer: Answer, node_name: str) -> DiagnosticArray:
+    """Return one status for every row of the trace, up to MAX_ITERATION_STATUSES."""
+    rows = answer.solution.trace.rows[:MAX_ITERATION_STATUSES].tolist()
+    return DiagnosticArray(
+        header=base_header(answer),
+        status=[_iteration_status(dict(zip(TRACE_COLUMNS, row)), answer, node_name) for row in rows],
+    )
+
+
+def _iteration_status(row: dict[str, Any], answer: Answer, node_name: str) -> DiagnosticStatus:
+    row |= {name: int(row[name]) for name in WHOLE_COLUMNS}
+    return DiagnosticStatus(
+        level=DiagnosticStatus.OK,
+        name=f'{node_name}: attempt {row["attempt"]} iteration {row["iteration"]}',
+        message=f'{row["position_error"]:.3g} m, {row["orientation_error"]:.3g} rad',
+        hardware_id=answer.arm.name,
+        values=key_values(row),
+    )
+
+
+def key_values(figures: Mapping[str, Any]) -> list[KeyValue]:
+    """Write figures as text; floats with as many digits as it takes to read the same number back."""
+    return [KeyValue(key=key, value=str(value)) for key, value in figures.items()]

@@ -1,0 +1,183 @@
+"""For tests over DDS: the IK node as a process of its own, and a client that notes all that comes back."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from pathlib import Path as FilePath
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, String
+
+from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.parameters import PARAMETERS
+from ros_ik_pkg.tools.client import IkClient, NodeError, Reply, ros_node
+
+ROOT = FilePath(__file__).resolve().parents[1]
+START_TIMEOUT = 300.0  # s; the first start on a machine compiles
+TIMEOUT = 20.0  # s; far beyond what anything here takes
+# rclpy loads lark when a node is made, and lark a module that Python 3.12 calls deprecated.
+allow_lark = pytest.mark.filterwarnings("ignore:module 'sre_.*' is deprecated:DeprecationWarning")
+DEFAULTS = {name: option.default for name, option in PARAMETERS.items() if option.default != ()}
+
+
+class Client(IkClient):
+    """An IkClient that keeps every message of the node, by stamp, and can send what nobody should."""
+
+    def __init__(self, node, name: str = interface.NODE_NAME) -> None:
+        self.statuses: dict[tuple[int, int], list[DiagnosticStatus]] = defaultdict(list)
+        self.solutions: dict[tuple[int, int], list[JointState]] = defaultdict(list)
+        self.health: list[DiagnosticStatus] = []
+        super().__init__(node, name)
+        self._descriptions = self._publisher(interface.ROBOT_DESCRIPTION)
+        self._set_one_by_one = node.create_client(SetParameters, f'{self.name}/set_parameters')
+        node.create_subscription(
+            interface.DIAGNOSTICS.type, interface.DIAGNOSTICS.name, self._on_health, interface.DIAGNOSTICS.qos
+        )
+
+    def _on_solution(self, message: JointState) -> None:
+        super()._on_solution(message)
+        self.solutions[stamp_of(message)].append(message)
+
+    def _on_result(self, message: DiagnosticArray) -> None:
+        super()._on_result(message)
+        self.statuses[stamp_of(message)].append(message.status[0])
+
+    def _on_health(self, message: DiagnosticArray) -> None:
+        self.health.append(message.status[0])
+
+    def send(self, pose: PoseStamped) -> None:
+        """Publish a target as it is, and wait for nothing."""
+        self._targets.publish(pose)
+
+    def send_joint_state(self, message: JointState) -> None:
+        """Publish a joint state as it is."""
+        self._joint_states.publish(message)
+
+    def send_description(self, text: str) -> None:
+        """Publish a robot description, latched."""
+        self._descriptions.publish(String(data=text))
+
+    def set_one(self, parameter: Parameter) -> str:
+        """Set a parameter as `ros2 param set` does; return the reason of a refusal, else nothing."""
+        request = SetParameters.Request(parameters=[parameter.to_parameter_msg()])
+        result = self._call(self._set_one_by_one.call_async(request)).results[0]
+        assert result.successful or result.reason
+        return result.reason
+
+    def refusal_of(self, **parameters) -> str:
+        """Set parameters all at once and return the reason of the refusal that must follow."""
+        try:
+            self.set_parameters({name.replace('__', '.'): value for name, value in parameters.items()})
+        except NodeError as error:
+            return str(error)
+        raise AssertionError(f'{parameters} were taken')
+
+    def settle(self, pose: PoseStamped, wanted: Callable[[Reply], object], joint_state: JointState) -> Reply:
+        """Send both again until the reply is the wanted one: the two topics have no common order."""
+        deadline = time.monotonic() + TIMEOUT
+        while True:
+            self.send_joint_state(joint_state)
+            reply = self.solve(pose, TIMEOUT)
+            if wanted(reply):
+                return reply
+            assert time.monotonic() < deadline, reply.message
+
+    def wait_for(self, condition: Callable[[], object], what: str) -> None:
+        """Take messages until the condition holds."""
+        self._wait_until(condition, time.monotonic() + TIMEOUT, what)
+
+
+class TraceClient(Client):
+    """A client that listens to iterations, trace and path as well."""
+
+    def __init__(self, node, name: str = interface.NODE_NAME) -> None:
+        self.traces: list[Float64MultiArray] = []
+        self.iterations: list[DiagnosticArray] = []
+        self.paths: list[Path] = []
+        super().__init__(node, name)
+        self._subscribe(interface.ITERATIONS, self.iterations.append)
+        self._subscribe(interface.TRACE, self.traces.append)
+        self._subscribe(interface.TCP_PATH, self.paths.append)
+
+
+@contextlib.contextmanager
+def node_process(log: FilePath, *ros_args: str) -> Iterator[subprocess.Popen]:
+    """Run the node as a process; it must end within reason, with code 0 and without a traceback."""
+    with log.open('wb') as output:
+        process = subprocess.Popen(
+            [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args', *ros_args],
+            cwd=ROOT, stdout=output, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        try:
+            yield process
+        finally:
+            process.send_signal(signal.SIGINT)
+            try:
+                code = process.wait(TIMEOUT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise
+    assert code == 0, log.read_text()
+
+
+@contextlib.contextmanager
+def connected(kind: type[Client], log: FilePath, *ros_args: str) -> Iterator[Client]:
+    """Run a node and a client of it that have found each other."""
+    with node_process(log, *ros_args) as process, ros_node('test_client') as node:
+        client = kind(node)
+        wait_until_ready(process, log)
+        client.connect()
+        yield client
+
+
+def wait_until_ready(process: subprocess.Popen, log: FilePath) -> None:
+    """Wait until the node says so; it may have to compile first."""
+    deadline = time.monotonic() + START_TIMEOUT
+    while 'ready: ' not in log.read_text():
+        assert process.poll() is None and time.monotonic() < deadline, log.read_text()
+        time.sleep(0.02)
+
+
+def stamp_of(message) -> tuple[int, int]:
+    """Return the stamp of a message as a key."""
+    return message.header.stamp.sec, message.header.stamp.nanosec
+
+
+def pose_of(base_from_tip: np.ndarray, frame: str = '') -> PoseStamped:
+    """Return a (4, 4) pose as a message."""
+    message = PoseStamped()
+    message.header.frame_id = frame
+    p, q = message.pose.position, message.pose.orientation
+    p.x, p.y, p.z, q.x, q.y, q.z, q.w = pin.SE3ToXYZQUAT(pin.SE3(base_from_tip)).tolist()
+    return message
+
+
+def joint_state(names, positions) -> JointState:
+    """Return joint positions as a message."""
+    return JointState(name=list(names), position=[float(position) for position in positions])
+
+
+def pinocchio_pose(arm: Arm, q) -> np.ndarray:
+    """Return the pose (4, 4) of the tip in the base frame as Pinocchio finds it, joints by name."""
+    values = np.zeros(arm.model.nq)
+    for name, position in zip(arm.joint_names, q):
+        values[arm.model.joints[arm.model.getJointId(name)].idx_q] = position
+    data = arm.model.createData()
+    pin.framesForwardKinematics(arm.model, data, values)
+    base, tip = (data.oMf[arm.model.getFrameId(name)] for name in (arm.base_frame, arm.tip_frame))
+    return base.actInv(tip).homogeneous

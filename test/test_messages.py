@@ -1,0 +1,209 @@
+"""Messages become arrays, arrays become messages, and what makes no sense is refused with its reason."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped
+from hypothesis import given
+from hypothesis import strategies as st
+from ros_helpers import joint_state, pose_of
+from sensor_msgs.msg import JointState
+
+from ros_ik_pkg.ik import TRACE_COLUMNS, Solution, Status, Trace, load_arm
+from ros_ik_pkg.ros.answer import Answer, RefusedError, shorten
+from ros_ik_pkg.ros.joint_states import MAX_SOURCES, JointStates
+from ros_ik_pkg.ros.messages import path_message, solution_message, target_pose, trace_message
+from ros_ik_pkg.ros.statuses import MAX_ITERATION_STATUSES, iterations_message, result_message
+
+ROUNDING = 1e-12
+VECTORS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+
+
+def answer_with(rows: int = 3) -> Answer:
+    """Make an answer of the puma560 with a trace of so many rows."""
+    arm = load_arm('puma560')
+    trace = Trace(
+        rows=np.arange(rows * len(TRACE_COLUMNS), dtype=float).reshape(rows, -1),
+        joint_positions=np.arange(rows * arm.n, dtype=float).reshape(rows, -1) + 0.5,
+        tip_positions=np.arange(rows * 3, dtype=float).reshape(rows, -1),
+    )
+    solution = Solution(
+        q=np.linspace(0.0, 0.5, arm.n), status=Status.CONVERGED, position_error=1e-7, orientation_error=2e-7,
+        iterations=rows - 1, attempts=1, joint_distance=0.25, joints_at_limits=(1, 4), trace=trace,
+    )  # fmt: skip
+    target = PoseStamped()
+    target.header.stamp.sec, target.header.stamp.nanosec = 12, 34
+    target.header.frame_id = 'elsewhere'
+    return Answer(target, 'solved', 'converged', 'fine', 'dls', arm, solution, ('one', 'two'))
+
+
+def values_of(status) -> dict[str, str]:
+    return {pair.key: pair.value for pair in status.values}
+
+
+@given(p=VECTORS, axis=VECTORS, angle=st.floats(-3.1, 3.1))
+def test_a_pose_is_the_rotation_of_rodrigues_and_its_position(p, axis, angle):
+    length = math.hypot(*axis)
+    unit = np.array(axis) / length if length > 1e-3 else np.array([0.0, 0.0, 1.0])
+    K = np.cross(np.eye(3), unit)  # K v = unit x v
+    expected = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * K @ K
+    message = PoseStamped()
+    message.pose.position.x, message.pose.position.y, message.pose.position.z = p
+    orientation = message.pose.orientation
+    orientation.x, orientation.y, orientation.z = (math.sin(angle / 2) * unit).tolist()
+    orientation.w = math.cos(angle / 2)
+    pose, notes = target_pose(message)
+    np.testing.assert_allclose(pose[:3, :3], expected, atol=ROUNDING)
+    np.testing.assert_array_equal(pose[:3, 3], p)
+    np.testing.assert_array_equal(pose[3], [0, 0, 0, 1])
+    assert notes == ()
+
+
+def test_a_quaternion_slightly_off_is_normalised_with_a_note():
+    message = pose_of(np.eye(4))
+    message.pose.orientation.z, message.pose.orientation.w = 0.6 * 1.009, 0.8 * 1.009
+    pose, notes = target_pose(message)
+    np.testing.assert_allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=ROUNDING)
+    assert notes == ('quaternion of norm 1.009 normalised',)
+
+
+@pytest.mark.parametrize(
+    ('field', 'value', 'cause', 'words'),
+    [
+        ('position.x', math.nan, 'not_finite', 'target position is [nan, 0.0, 0.0]'),
+        ('position.z', -math.inf, 'not_finite', '-inf'),
+        ('position.y', 1e9, 'position', 'beyond 1e+06 m'),
+        ('orientation.w', math.nan, 'not_finite', 'target orientation'),
+        ('orientation.w', 0.0, 'quaternion', 'norm 0;'),
+        ('orientation.w', 1.02, 'quaternion', 'norm 1.02;'),
+        ('orientation.x', 1e300, 'quaternion', 'norm 1e+300;'),
+        ('orientation.w', 5e-324, 'quaternion', 'expected a unit quaternion'),
+    ],
+)
+def test_a_pose_that_makes_no_sense_is_refused(field, value, cause, words):
+    message = pose_of(np.eye(4))
+    part, name = field.split('.')
+    setattr(getattr(message.pose, part), name, value)
+    with pytest.raises(RefusedError) as refused:
+        target_pose(message)
+    assert refused.value.cause == cause
+    assert words in str(refused.value)
+
+
+def kept(*messages: JointState) -> JointStates:
+    states = JointStates()
+    for message in messages:
+        states.keep(message)
+    return states
+
+
+def test_joints_are_found_by_name_in_any_order_among_others():
+    states = kept(joint_state('xcbya', [9, 3, 2, 9, 1]))
+    np.testing.assert_array_equal(states.seed('abc'), [1, 2, 3])
+
+
+def test_partial_joint_states_fill_in_and_the_newest_wins():
+    states = kept(joint_state('ab', [1, 2]), joint_state('bc', [5, 6]))
+    np.testing.assert_array_equal(states.seed('abc'), [1, 5, 6])
+    states.keep(joint_state('ab', [7, 8]))
+    np.testing.assert_array_equal(states.seed('abc'), [7, 8, 6])
+
+
+def test_a_joint_state_of_velocities_alone_leaves_positions_as_they_were():
+    states = kept(joint_state('abc', [1, 2, 3]), JointState(name=['a', 'b'], velocity=[1.0, 1.0]))
+    np.testing.assert_array_equal(states.seed('abc'), [1, 2, 3])
+
+
+@pytest.mark.parametrize(
+    ('messages', 'words'),
+    [
+        ([], 'no message on joint_states yet'),
+        ([joint_state('xy', [1, 2])], 'none of the joints: expected a, b; got x, y'),
+        ([joint_state('', [])], 'got no names'),
+        ([joint_state('a', [1])], 'no position yet of b'),
+        ([joint_state('ab', [1])], '2 names, 1 positions'),
+        ([joint_state('', [1, 2])], '0 names, 2 positions'),
+        ([JointState(name=['a', 'b'], position=[1.0, 2.0], effort=[0.0])], '1 efforts'),
+        ([joint_state('ab', [1, math.nan])], 'position nan of b'),
+        ([joint_state('ab', [-math.inf, 1])], 'position -inf of a'),
+        ([joint_state('aba', [1, 2, 3])], 'names a more than once'),
+        ([joint_state('ab', [1, 2]), joint_state('ba', [1, math.nan])], 'position nan of a'),
+    ],
+)
+def test_joint_states_that_cannot_be_used_say_why(messages, words):
+    with pytest.raises(RefusedError) as refused:
+        kept(*messages).seed('ab')
+    assert words in str(refused.value)
+
+
+def test_faults_of_joints_that_are_not_the_arms_do_not_matter():
+    states = kept(joint_state('abx', [1, 2, math.nan]), joint_state('yz', [1]))
+    np.testing.assert_array_equal(states.seed('ab'), [1, 2])
+
+
+def test_a_sound_joint_state_makes_up_for_a_faulty_one():
+    states = kept(joint_state('abx', [1]), joint_state('ab', [1, 2]))
+    np.testing.assert_array_equal(states.seed('ab'), [1, 2])
+
+
+def test_ever_new_names_do_not_fill_the_memory():
+    states = kept(*(joint_state([f'joint{i}'], [i]) for i in range(3 * MAX_SOURCES)))
+    assert len(states.positions()) == MAX_SOURCES
+
+
+def test_the_solution_has_names_positions_base_frame_and_the_stamp_of_the_target():
+    answer = answer_with()
+    message = solution_message(answer)
+    assert tuple(message.name) == answer.arm.joint_names
+    np.testing.assert_array_equal(message.position, answer.solution.q)
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 34)
+    assert message.header.frame_id == answer.arm.base_frame
+
+
+def test_the_trace_is_a_matrix_with_labelled_columns():
+    answer = answer_with(rows=4)
+    message = trace_message(answer)
+    rows, columns = message.layout.dim
+    assert rows.label == 'rows' and rows.size == 4 and rows.stride == 4 * columns.size
+    assert columns.label.split(',') == [*TRACE_COLUMNS, *answer.arm.joint_names]
+    matrix = np.array(message.data).reshape(rows.size, columns.size)
+    np.testing.assert_array_equal(matrix[:, : len(TRACE_COLUMNS)], answer.solution.trace.rows)
+    np.testing.assert_array_equal(matrix[:, len(TRACE_COLUMNS) :], answer.solution.trace.joint_positions)
+
+
+def test_the_path_is_where_the_tip_was():
+    answer = answer_with()
+    points = [pose.pose.position for pose in path_message(answer).poses]
+    np.testing.assert_array_equal([[p.x, p.y, p.z] for p in points], answer.solution.trace.tip_positions)
+
+
+def test_a_result_has_the_figures_of_the_solution_as_exact_text():
+    status = result_message(answer_with(), 'ik_node').status[0]
+    figures = values_of(status)
+    assert (status.name, status.level, status.message) == ('ik_node: solved', b'\x00', 'fine')
+    assert status.hardware_id == 'puma560'
+    assert (figures['outcome'], figures['method'], figures['status']) == ('solved', 'dls', 'converged')
+    assert float(figures['position_error']) == 1e-7 and figures['iterations'] == '2'
+    assert figures['joints_at_limits'] == 'joint2 joint5'
+    assert figures['notes'] == 'one; two'
+    assert (figures['target_frame'], figures['target_stamp']) == ('elsewhere', '12.000000034')
+
+
+def test_each_iteration_has_the_numbers_of_its_row():
+    answer = answer_with(rows=5)
+    message = iterations_message(answer, 'ik_node')
+    numbers = [[float(text) for text in values_of(status).values()] for status in message.status]
+    np.testing.assert_array_equal(numbers, answer.solution.trace.rows)
+    assert list(values_of(message.status[0])) == list(TRACE_COLUMNS)
+
+
+def test_very_long_traces_are_cut_for_people():
+    rows = MAX_ITERATION_STATUSES + 5
+    assert len(iterations_message(answer_with(rows), 'ik_node').status) == MAX_ITERATION_STATUSES
+
+
+def test_texts_from_outside_are_cut():
+    assert shorten('a' * 1000, 5) == 'aaaaa... (1000 characters)'
