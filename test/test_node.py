@@ -248,7 +248,8 @@ def test_in_a_namespace_a_robot_description_comes_by_topic_late_or_broken(runnin
         client.send_description(FORK)
         client.wait_for(lambda: client.solve(pose, TIMEOUT).solved, 'a solution with the robot of the topic')
         client.send_description('<robot name="broken"><link')
-        client.wait_for(lambda: client.solve(pose, TIMEOUT) and 'keeping fork' in log.read_text(), 'a complaint')
+        complained = 'keeping fork'
+        client.wait_for(lambda: client.solve(pose, TIMEOUT) and complained in log.read_text(), complained)
         assert client.solve(pose, TIMEOUT).solved
 
 

@@ -9,8 +9,9 @@ from ros_ik_pkg.ros.parameters import PARAMETERS, Settings
 from ros_ik_pkg.ros.robot_source import RobotSource, follows_topic
 
 URDF = (
-    '<robot name="{0}"><link name="a"/><link name="b"/><joint name="{0}_joint" type="revolute"><parent link="a"/>'
-    '<child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    '<robot name="{0}"><link name="a"/><link name="b"/><joint name="{0}_joint" type="revolute">'
+    '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
+    '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
 )
 
 
@@ -40,7 +41,7 @@ def test_the_topic_is_followed_only_where_no_parameter_names_a_robot():
 
 def test_frames_are_looked_up_in_the_new_robot():
     assert source().load(settings(tip_frame='link3', base_frame='link1')).n == 2
-    with pytest.raises(ModelError, match='tip_frame = .nose.: .*nose'):
+    with pytest.raises(ModelError, match=r'tip_frame = .nose.: .*nose'):
         source().load(settings(tip_frame='nose'))
 
 
