@@ -15,6 +15,7 @@ import pinocchio as pin
 from ros_ik_pkg.ik.chain import Chain, make_chain
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.kinematics import forward_kinematics, geometric_jacobian
+from ros_ik_pkg.ik.records import Geometry
 from ros_ik_pkg.ik.sources import read_tree
 from ros_ik_pkg.ik.transforms import rotation_from_z, transform
 from ros_ik_pkg.ik.tree import Joint, Tree, shorten
@@ -74,13 +75,18 @@ class Arm:
         """Number of variables."""
         return len(self.joint_names)
 
+    @cached_property
+    def geometry(self) -> tuple[np.ndarray, ...]:
+        """The arrays that the compiled code takes, in the order of `records.Geometry`."""
+        return tuple(getattr(self, name) for name in Geometry._fields)
+
     def forward(self, q: np.ndarray) -> np.ndarray:
         """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
-        return forward_kinematics(*self._arrays(), self._check(q))
+        return forward_kinematics(self.geometry, self._check(q))
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
-        return geometric_jacobian(*self._arrays(), self._check(q))
+        return geometric_jacobian(self.geometry, self._check(q))
 
     def base_from_frame(self, frame: str, positions: Mapping[str, float]) -> np.ndarray:
         """Pose of any frame of the robot in the base frame.
@@ -135,10 +141,6 @@ class Arm:
             raise ArgumentError(f'no finite position of joint {shorten(missing)}, needed for frame {frame!r}')
         return {_joint_id(self.tree, joint) - 1: multiplier * positions[master.name] + offset
                 for joint, (master, multiplier, offset) in drives.items()}
-
-    def _arrays(self) -> tuple[np.ndarray, ...]:
-        """Arrays that the compiled kinematics takes, in its order."""
-        return self.placements, self.prismatic, self.variable, self.multiplier, self.offset
 
     def _check(self, q: np.ndarray) -> np.ndarray:
         """Return q as a float64 array of the right shape, or raise ArgumentError."""

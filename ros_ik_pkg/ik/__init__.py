@@ -1,0 +1,14 @@
+"""Jacobian inverse kinematics without ROS: load an arm, solve poses, see every iteration."""
+
+from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, OptionError
+from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
+from ros_ik_pkg.ik.robot import Arm, load_arm
+from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
+from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch, warm_up
+from ros_ik_pkg.ik.sources import robot_names
+
+__all__ = [
+    'CHOICES', 'METHODS', 'OPTIONS', 'TRACE_COLUMNS', 'ArgumentError', 'Arm', 'BatchSolution', 'IkError', 'ModelError',
+    'OptionError', 'SolveOptions', 'Solution', 'Status', 'Trace', 'load_arm', 'robot_names', 'solve', 'solve_batch',
+    'warm_up',
+]  # fmt: skip

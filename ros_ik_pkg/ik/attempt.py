@@ -1,0 +1,157 @@
+"""One descent from one seed: the loop of the notes, with its limits and its stop reasons."""
+
+from __future__ import annotations
+
+import math
+
+from ros_ik_pkg.ik.clock import now
+from ros_ik_pkg.ik.compiled import inlined, kernel
+from ros_ik_pkg.ik.kinematics import fill_columns, walk
+from ros_ik_pkg.ik.linalg import ROWS
+from ros_ik_pkg.ik.pose_error import twist_error
+from ros_ik_pkg.ik.recorder import record, record_step
+from ros_ik_pkg.ik.solution import Status
+from ros_ik_pkg.ik.steps import apply_transpose, joint_step_cap, take_step
+
+CONVERGED = int(Status.CONVERGED)
+MAX_ITERATIONS = int(Status.MAX_ITERATIONS)
+STALLED = int(Status.STALLED)
+OSCILLATING = int(Status.OSCILLATING)
+DIVERGED = int(Status.DIVERGED)
+NOT_FINITE = int(Status.NOT_FINITE)
+DEADLINE = int(Status.DEADLINE)
+
+FREE_STEP = 50.0  # rad or m; a larger step of one joint is eight turns: the linear model says nothing there
+CLOCK_EVERY = 4  # iterations between looks at the clock
+
+
+@kernel
+def descend(geometry, task, tuning, patience, progress, stop_time, attempt, work, recorder):
+    """Descend from work.q; return (status, steps, position error [m], orientation error [rad], error norm).
+
+    The figures belong to the q that is left in work.q. `patience` is the number of steps within which the
+    error norm must fall below `progress` times its mark, or the attempt is given up.
+    """
+    cap = joint_step_cap(tuning)
+    last = int(tuning.max_iterations)
+    mark, mark_step, previous, rises = math.inf, 0, math.inf, 0
+    k = 0
+    while True:
+        R, p = walk(geometry, work.q, work.axes)
+        position_error, orientation_error, norm = measure(task, R, p, work)
+        fill_columns(geometry, work.axes, p, work.columns)
+        weigh(task.weights, work.columns)
+        record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
+        if not norm < math.inf:
+            return NOT_FINITE, k, position_error, orientation_error, norm
+        if position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance:
+            return CONVERGED, k, position_error, orientation_error, norm
+        if k == last:
+            return MAX_ITERATIONS, k, position_error, orientation_error, norm
+        rises += norm > previous
+        previous = norm
+        if norm < progress * mark:
+            mark, mark_step, rises = norm, k, 0
+        elif k - mark_step >= patience:
+            return why_no_progress(norm, mark, rises, patience), k, position_error, orientation_error, norm
+        if stop_time < math.inf and k % CLOCK_EVERY == CLOCK_EVERY - 1 and now(work.clock) > stop_time:
+            return DEADLINE, k, position_error, orientation_error, norm
+        damping = limited_step(geometry, tuning, norm, task.weights, work)
+        largest = largest_component(work.dq)
+        if not largest < math.inf:
+            return NOT_FINITE, k, position_error, orientation_error, norm
+        if largest > FREE_STEP and cap > FREE_STEP:
+            return DIVERGED, k, position_error, orientation_error, norm
+        update(geometry, tuning, cap, work)
+        record_step(recorder, damping, work.dq)
+        k += 1
+
+
+@inlined
+def measure(task, R, p, work):
+    """Write the weighted error to work.e; return the norms of its two halves [m, rad], axes of weight 0 left out,
+    and the norm of the whole weighted error."""
+    e = twist_error(task.R, task.p, R, p)
+    w = task.weights
+    x, y, z, rx, ry, rz = e
+    work.e[0], work.e[1], work.e[2] = w[0] * x, w[1] * y, w[2] * z
+    work.e[3], work.e[4], work.e[5] = w[3] * rx, w[4] * ry, w[5] * rz
+    position, orientation, total = 0.0, 0.0, 0.0
+    for r in range(3):
+        position += e[r] * e[r] * (w[r] > 0.0)
+        orientation += e[r + 3] * e[r + 3] * (w[r + 3] > 0.0)
+    for r in range(ROWS):
+        total += work.e[r] * work.e[r]
+    return math.sqrt(position), math.sqrt(orientation), math.sqrt(total)
+
+
+@kernel
+def weigh(weights, columns):
+    """Multiply the Jacobian's rows by the weights."""
+    for r in range(ROWS):
+        if weights[r] != 1.0:
+            for i in range(len(columns)):
+                columns[i, r] *= weights[r]
+
+
+@kernel
+def limited_step(geometry, tuning, norm, weights, work):
+    """Take a step that pushes no joint beyond a limit on which it sits; return its damping.
+
+    Active set: such joints leave the system (their columns become zero) and the others take over. The gradient
+    J^T e says which to begin with; a step that pushes another one outwards is taken again without it.
+    """
+    if tuning.respect_limits > 0.0:
+        apply_transpose(work.columns, work.e, work.dq)
+        freeze_pushed(geometry, work)
+    damping = take_step(tuning, norm, weights, work)
+    while tuning.respect_limits > 0.0 and freeze_pushed(geometry, work):
+        damping = take_step(tuning, norm, weights, work)
+    return damping
+
+
+@kernel
+def freeze_pushed(geometry, work):
+    """Take joints at a limit that dq pushes outwards out of the system; return whether there were any."""
+    frozen = False
+    for i in range(len(work.q)):
+        q, push = work.q[i], work.dq[i]
+        if (push < 0.0 and q <= geometry.lower[i]) or (push > 0.0 and q >= geometry.upper[i]):
+            work.columns[i, :] = 0.0
+            frozen = True
+    return frozen
+
+
+@kernel
+def largest_component(dq):
+    """Return max |dq_i|, NaN if any component is NaN."""
+    largest = 0.0
+    for i in range(len(dq)):
+        size = abs(dq[i])
+        if not size <= largest:
+            largest = size
+        if size != size:
+            return math.nan
+    return largest
+
+
+@kernel
+def update(geometry, tuning, cap, work):
+    """q <- q + step_size * dq with each joint's step capped, and then kept within the limits; dq becomes the step."""
+    for i in range(len(work.q)):
+        step = min(max(tuning.step_size * work.dq[i], -cap), cap)
+        q = work.q[i] + step
+        if tuning.respect_limits > 0.0:
+            q = min(max(q, geometry.lower[i]), geometry.upper[i])
+        work.dq[i] = q - work.q[i]
+        work.q[i] = q
+
+
+@kernel
+def why_no_progress(norm, mark, rises, patience):
+    """Tell divergence, oscillation and stagnation apart by the error since it last fell."""
+    if norm > 2.0 * mark:
+        return DIVERGED
+    if 3 * rises >= patience:
+        return OSCILLATING
+    return STALLED

@@ -1,0 +1,17 @@
+"""The monotonic clock, read from inside compiled code."""
+
+from __future__ import annotations
+
+from numba import types
+
+from ros_ik_pkg.ik.compiled import kernel
+
+CLOCK_MONOTONIC = 1  # Linux, <time.h>
+_clock_gettime = types.ExternalFunction('clock_gettime', types.int32(types.int32, types.CPointer(types.int64)))
+
+
+@kernel
+def now(clock):
+    """Return monotonic time [s]; `clock` (2,) int64 is scratch for the C structure."""
+    _clock_gettime(CLOCK_MONOTONIC, clock.ctypes)
+    return clock[0] + 1e-9 * clock[1]

@@ -1,0 +1,202 @@
+"""Every tunable of a solve, declared once: default, range, unit and text."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from dataclasses import field as dataclass_field
+from typing import Any
+
+import numpy as np
+
+from ros_ik_pkg.ik.exceptions import OptionError
+from ros_ik_pkg.ik.records import Tuning
+
+METHODS = ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
+CHOICES = ('first', 'nearest', 'all')
+
+
+@dataclass(frozen=True)
+class Option:
+    """Declaration of one tunable; `ros_name` differs from `name` where a method owns it (dls.damping)."""
+
+    name: str
+    ros_name: str
+    default: Any
+    text: str
+    unit: str = ''
+    minimum: float | None = None
+    maximum: float | None = None
+    allowed: tuple[str, ...] = ()
+
+    def check(self, value: Any) -> Any:
+        """Return the value in the declared type, or raise OptionError naming option, value and what is allowed."""
+        if isinstance(self.default, bool):
+            return self._check_bool(value)
+        if isinstance(self.default, tuple):
+            return self._check_tuple(value)
+        if isinstance(self.default, str):
+            return self._check_text(value)
+        return self._check_number(value)
+
+    def expected(self) -> str:
+        """Say in words what values are allowed."""
+        if isinstance(self.default, bool):
+            return 'true or false'
+        if self.allowed:
+            return 'one of ' + ', '.join(self.allowed)
+        if isinstance(self.default, str):
+            return 'a text'
+        kind = 'whole number' if isinstance(self.default, int) else 'number'
+        count = f'a {kind} '
+        if isinstance(self.default, tuple):
+            count = f'{len(self.default)} numbers, each ' if self.default else 'one number for each joint, or none, each '
+        return f'{count}from {self.minimum:g} to {self.maximum:g}' + (f' [{self.unit}]' if self.unit else '')
+
+    def _refuse(self, value: Any) -> OptionError:
+        return OptionError(f'{self.ros_name} = {value!r} is not allowed: expected {self.expected()}')
+
+    def _check_bool(self, value: Any) -> bool:
+        if not isinstance(value, (bool, np.bool_)):
+            raise self._refuse(value)
+        return bool(value)
+
+    def _check_text(self, value: Any) -> str:
+        if not isinstance(value, str) or (self.allowed and value not in self.allowed):
+            raise self._refuse(value)
+        return value
+
+    def _check_tuple(self, value: Any) -> tuple[float, ...]:
+        try:
+            numbers = tuple(float(v) for v in value)
+        except (TypeError, ValueError):
+            raise self._refuse(value) from None
+        count_fits = len(numbers) == len(self.default) or not self.default
+        if not count_fits or not all(self._in_range(v) for v in numbers):
+            raise self._refuse(value)
+        return numbers
+
+    def _check_number(self, value: Any) -> float | int:
+        number = (int, float, np.integer, np.floating)
+        if isinstance(value, (bool, np.bool_)) or not isinstance(value, number):
+            raise self._refuse(value)
+        whole = isinstance(self.default, int)
+        if not self._in_range(float(value)) or (whole and int(value) != value):
+            raise self._refuse(value)
+        return int(value) if whole else float(value)
+
+    def _in_range(self, value: float) -> bool:
+        assert self.minimum is not None and self.maximum is not None
+        return self.minimum <= value <= self.maximum  # false for NaN
+
+
+def option(default: Any, text: str, **spec: Any) -> Any:
+    """Declare one field of SolveOptions."""
+    return dataclass_field(default=default, metadata={'text': text, **spec})
+
+
+@dataclass(frozen=True)
+class SolveOptions:
+    """Options of one solve; every value is checked when the object is made.
+
+    Raises OptionError that names the option, the value got and what is allowed.
+    """
+
+    method: str = option(
+        'adaptive_dls', 'the step rule: how a pose error becomes a joint step', allowed=METHODS
+    )
+    max_iterations: int = option(100, 'steps of one attempt at most', minimum=0, maximum=100000)
+    max_attempts: int = option(
+        1000, 'descents at most: the first from the seed, the others from well-spread starts', minimum=1, maximum=1000000
+    )
+    deadline: float = option(
+        0.05, 'time for one solve, 0 for none; checked inside the loop', unit='s', minimum=0.0, maximum=3600.0
+    )
+    position_tolerance: float = option(
+        1e-5, 'largest distance of the tip from the target', unit='m', minimum=1e-12, maximum=1.0
+    )
+    orientation_tolerance: float = option(
+        1e-5, 'largest angle between the tip and the target', unit='rad', minimum=1e-12, maximum=math.pi
+    )
+    step_size: float = option(1.0, 'factor on every step: q <- q + step_size * dq', minimum=1e-6, maximum=2.0)
+    max_joint_step: float = option(
+        0.0,
+        "cap on each joint's step; 0 leaves it to the method (adaptive_dls 0.3, sdls its max_step, others none)",
+        unit='rad or m',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    dls_damping: float = option(
+        0.05, 'dls: constant damping lambda', ros_name='dls.damping', minimum=0.0, maximum=100.0
+    )
+    adaptive_dls_damping: float = option(
+        1e-3, 'adaptive_dls: smallest damping lambda_0', ros_name='adaptive_dls.damping', minimum=0.0, maximum=100.0
+    )
+    adaptive_dls_gain: float = option(
+        0.2,
+        'adaptive_dls: damping over error norm, lambda = max(lambda_0, gain |e|)',
+        ros_name='adaptive_dls.gain',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    sdls_max_step: float = option(
+        math.pi / 4,
+        "sdls: gamma_max, the largest joint step of one iteration",
+        ros_name='sdls.max_step',
+        unit='rad',
+        minimum=1e-3,
+        maximum=math.pi,
+    )
+    respect_limits: bool = option(True, 'keep every iterate and every answer within the joint limits')
+    choice: str = option(
+        'first',
+        'which answer: the first found, the nearest to the reference, or all distinct ones',
+        allowed=CHOICES,
+    )
+    max_joint_jump: float = option(
+        0.0,
+        'refuse answers with a joint further than this from the reference, 0 for no bound',
+        unit='rad or m',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    task_weights: tuple[float, ...] = option(
+        (1.0,) * 6,
+        'weights of the rows x y z rx ry rz of the task in base axes; 0 drops a row',
+        minimum=0.0,
+        maximum=1e6,
+    )
+
+    joint_weights: tuple[float, ...] = option(
+        (),
+        "weight of each joint in the distance by which 'nearest' and 'all' rank answers; none: all 1",
+        minimum=0.0,
+        maximum=1e6,
+    )
+
+    def __post_init__(self) -> None:
+        for spec in OPTIONS:
+            object.__setattr__(self, spec.name, spec.check(getattr(self, spec.name)))
+        if not any(self.task_weights):
+            raise OptionError('task_weights drops all six rows: expected at least one weight above 0')
+        object.__setattr__(self, 'numbers', self._numbers())
+        object.__setattr__(self, 'row_weights', np.array(self.task_weights))
+
+    def _numbers(self) -> tuple[float, ...]:
+        """Give the options as the compiled code takes them: the fields of `records.Tuning` in order."""
+        values = [getattr(self, name) for name in Tuning._fields]
+        values[Tuning._fields.index('method')] = METHODS.index(self.method)
+        values[Tuning._fields.index('choice')] = CHOICES.index(self.choice)
+        return tuple(float(value) for value in values)
+
+
+def _declared() -> tuple[Option, ...]:
+    out = []
+    for item in fields(SolveOptions):
+        spec = dict(item.metadata)
+        ros_name = spec.pop('ros_name', item.name)
+        out.append(Option(name=item.name, ros_name=ros_name, default=item.default, **spec))
+    return tuple(out)
+
+
+OPTIONS = _declared()

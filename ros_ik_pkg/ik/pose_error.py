@@ -1,0 +1,59 @@
+"""Twist error between two poses, [p* - p ; log(R* R^T)], base axes [m, rad].
+
+The logarithm goes through the unit quaternion (Shepperd 1978: divide by the largest component), which is
+well conditioned from 0 to pi and does not mind rotations that are slightly off SO(3).
+"""
+
+from __future__ import annotations
+
+import math
+
+from ros_ik_pkg.ik.compiled import inlined
+
+
+@inlined
+def quaternion(R):
+    """Return (w, x, y, z), not normalised, of a rotation given row by row."""
+    trace = R[0] + R[4] + R[8]
+    if trace >= R[0] and trace >= R[4] and trace >= R[8]:
+        return 1.0 + trace, R[7] - R[5], R[2] - R[6], R[3] - R[1]
+    if R[0] >= R[4] and R[0] >= R[8]:
+        return R[7] - R[5], 1.0 + R[0] - R[4] - R[8], R[1] + R[3], R[2] + R[6]
+    if R[4] >= R[8]:
+        return R[2] - R[6], R[1] + R[3], 1.0 - R[0] + R[4] - R[8], R[5] + R[7]
+    return R[3] - R[1], R[2] + R[6], R[5] + R[7], 1.0 - R[0] - R[4] + R[8]
+
+
+@inlined
+def rotation_log(R):
+    """Return the rotation vector (angle times axis) of R, its angle from 0 to pi [rad]."""
+    w, x, y, z = quaternion(R)
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    sine = math.sqrt(x * x + y * y + z * z)
+    # atan2(s, w) / s -> 1 / w as s -> 0
+    scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-150 else 2.0 / w
+    return scale * x, scale * y, scale * z
+
+
+@inlined
+def difference(A, B):
+    """Return A B^T of two rotations given row by row."""
+    return (
+        A[0] * B[0] + A[1] * B[1] + A[2] * B[2],
+        A[0] * B[3] + A[1] * B[4] + A[2] * B[5],
+        A[0] * B[6] + A[1] * B[7] + A[2] * B[8],
+        A[3] * B[0] + A[4] * B[1] + A[5] * B[2],
+        A[3] * B[3] + A[4] * B[4] + A[5] * B[5],
+        A[3] * B[6] + A[4] * B[7] + A[5] * B[8],
+        A[6] * B[0] + A[7] * B[1] + A[8] * B[2],
+        A[6] * B[3] + A[7] * B[4] + A[8] * B[5],
+        A[6] * B[6] + A[7] * B[7] + A[8] * B[8],
+    )
+
+
+@inlined
+def twist_error(target_R, target_p, R, p):
+    """Return the six components of [p* - p ; log(R* R^T)]."""
+    rx, ry, rz = rotation_log(difference(target_R, R))
+    return target_p[0] - p[0], target_p[1] - p[1], target_p[2] - p[2], rx, ry, rz

@@ -1,0 +1,165 @@
+"""Attempts until one holds: from the seed, then from starts near the target; deadline, choice among answers."""
+
+from __future__ import annotations
+
+import math
+
+from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, descend, measure
+from ros_ik_pkg.ik.clock import now
+from ros_ik_pkg.ik.compiled import kernel
+from ros_ik_pkg.ik.kinematics import walk
+from ros_ik_pkg.ik.linalg import assign
+from ros_ik_pkg.ik.reach import out_of_reach
+from ros_ik_pkg.ik.solution import Status
+from ros_ik_pkg.ik.starts import next_start
+from ros_ik_pkg.ik.steps import TRANSPOSE
+
+UNREACHABLE = int(Status.UNREACHABLE)
+JOINT_JUMP = int(Status.JOINT_JUMP)
+FIRST, NEAREST, ALL = range(3)
+
+# An attempt among many is given up when its error does not fall by a tenth within five steps: starting elsewhere
+# is cheaper (docs/performance.md). A lone one, and the last look at the closest approach, get their chance.
+HURRIED = (5, 0.9)
+PATIENT = (20, 0.999)
+ATTEMPTS_OUT_OF_REACH = 4  # to find the closest approach of a target that is provably out of reach
+ATTEMPTS_WITHOUT_NEWS = 40  # before the nearest answer, or the list of all, counts as complete
+SAME_ANSWER = 1e-2  # rad or m between two answers that count as one
+TOO_FAR = 1e9  # added to the distance of answers beyond max_joint_jump: they come last
+TURN = 2.0 * math.pi
+
+
+@kernel
+def search(geometry, starts, reach, task, tuning, reference, joint_weights, answers, ranks, work, recorder):
+    """Search from work.q; leave the answer, or the closest approach, in work.q.
+
+    Returns (status, steps, attempts, number of answers, position error [m], orientation error [rad]). `answers`
+    (k, n) and `ranks` (k,) receive the k nearest distinct answers that were found.
+    """
+    lone = int(tuning.max_attempts) == 1
+    patience, progress = PATIENT if lone or int(tuning.method) == TRANSPOSE else HURRIED
+    stop_time = now(work.clock) + tuning.deadline if tuning.deadline > 0.0 else math.inf
+    hopeless = out_of_reach(reach, task, tuning)
+    budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
+    best_norm, failure = math.inf, CONVERGED
+    steps, attempts, found, news = 0, 0, 0, 0
+    while True:
+        status, taken, _, _, norm = descend(
+            geometry, task, tuning, patience, progress, stop_time, attempts, work, recorder
+        )
+        steps += taken
+        attempts += 1
+        if status == CONVERGED and unwrapped_holds(geometry, task, tuning, reference, work):
+            rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
+            before = ranks[0]
+            count = keep_answer(geometry, work.q, rank, answers, ranks, found)
+            if count > found or ranks[0] < before:
+                news = attempts
+            found = count
+            if int(tuning.choice) == FIRST and rank < TOO_FAR:
+                break
+        elif norm < best_norm or attempts == 1:
+            best_norm, failure = norm, status
+            assign(work.best, work.q)
+        settled = found > 0 and attempts - news >= ATTEMPTS_WITHOUT_NEWS
+        late = status == DEADLINE or (stop_time < math.inf and now(work.clock) > stop_time)
+        if attempts >= budget or settled or late:
+            break
+        next_start(starts, task, attempts, work)
+    if found == 0 and not lone:
+        assign(work.q, work.best)
+        polished, taken, _, _, _ = descend(
+            geometry, task, tuning, PATIENT[0], PATIENT[1], stop_time, attempts, work, recorder
+        )
+        steps += taken
+        if polished == CONVERGED and unwrapped_holds(geometry, task, tuning, reference, work):
+            rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
+            found = keep_answer(geometry, work.q, rank, answers, ranks, 0)
+        failure = DEADLINE if late else UNREACHABLE if hopeless else polished
+    if found > 0:
+        assign(work.q, answers[0])
+        failure = CONVERGED if ranks[0] < TOO_FAR else JOINT_JUMP
+    position_error, orientation_error, _ = errors_at(geometry, task, work)
+    return failure, steps, attempts, count_near(ranks, found), position_error, orientation_error
+
+
+@kernel
+def errors_at(geometry, task, work):
+    """Return position error [m], orientation error [rad] and weighted norm at work.q."""
+    R, p = walk(geometry, work.q, work.axes)
+    return measure(task, R, p, work)
+
+
+@kernel
+def unwrapped_holds(geometry, task, tuning, reference, work):
+    """Turn joints by whole turns towards the reference; return whether the answer then still is one."""
+    unwrap(geometry, work.q, reference)
+    position_error, orientation_error, _ = errors_at(geometry, task, work)
+    return position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
+
+
+@kernel
+def unwrap(geometry, q, reference):
+    """Replace angles that may turn round by their equivalents nearest the reference and within the limits."""
+    for i in range(len(q)):
+        if geometry.wraps[i]:
+            angle = q[i] + TURN * math.floor((reference[i] - q[i]) / TURN + 0.5)
+            if angle > geometry.upper[i]:
+                angle -= TURN * math.ceil((angle - geometry.upper[i]) / TURN)
+            if angle < geometry.lower[i]:
+                angle += TURN * math.ceil((geometry.lower[i] - angle) / TURN)
+            if geometry.lower[i] <= angle <= geometry.upper[i]:
+                q[i] = angle
+
+
+@kernel
+def rank_answer(q, reference, joint_weights, max_joint_jump):
+    """Return the weighted distance of q from the reference; answers beyond max_joint_jump rank behind all others."""
+    square, largest = 0.0, 0.0
+    for i in range(len(q)):
+        gap = abs(q[i] - reference[i])
+        largest = max(largest, gap)
+        square += (joint_weights[i] * gap) ** 2
+    beyond = max_joint_jump > 0.0 and largest > max_joint_jump
+    return math.sqrt(square) + (TOO_FAR if beyond else 0.0)
+
+
+@kernel
+def keep_answer(geometry, q, rank, answers, ranks, found):
+    """Insert q by rank unless it is there already; return how many answers there are now."""
+    for k in range(found):
+        if same_answer(geometry, q, answers[k]):
+            return found
+    if found == len(answers):
+        if rank >= ranks[found - 1]:
+            return found
+        found -= 1
+    k = found
+    while k > 0 and ranks[k - 1] > rank:
+        assign(answers[k], answers[k - 1])
+        ranks[k] = ranks[k - 1]
+        k -= 1
+    assign(answers[k], q)
+    ranks[k] = rank
+    return found + 1
+
+
+@kernel
+def same_answer(geometry, q, other):
+    """Return whether two answers differ by less than SAME_ANSWER in every joint, whole turns aside."""
+    for i in range(len(q)):
+        gap = q[i] - other[i]
+        if geometry.wraps[i]:
+            gap -= TURN * math.floor(gap / TURN + 0.5)
+        if abs(gap) > SAME_ANSWER:
+            return False
+    return True
+
+
+@kernel
+def count_near(ranks, found):
+    """Return how many of the answers are within max_joint_jump."""
+    count = 0
+    for k in range(found):
+        count += ranks[k] < TOO_FAR
+    return count

@@ -1,0 +1,151 @@
+"""The compiled door: every solve, alone or in a batch, with or without a trace, goes through `solve_range`."""
+
+from __future__ import annotations
+
+import enum
+import math
+
+import numpy as np
+
+from ros_ik_pkg.ik.attempt import CONVERGED, weigh
+from ros_ik_pkg.ik.clock import now
+from ros_ik_pkg.ik.compiled import compiled, kernel
+from ros_ik_pkg.ik.kinematics import fill_columns, walk
+from ros_ik_pkg.ik.recorder import count_at_limits, singular_figures
+from ros_ik_pkg.ik.records import Geometry, Reach, Recorder, Starts, Task, Tuning, make_recorder, make_workspace
+from ros_ik_pkg.ik.search import search, unwrap
+
+NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose
+ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as a rotation
+
+
+class Figure(enum.IntEnum):
+    """Columns of the figures that `solve_range` writes, one row for each target."""
+
+    STATUS = 0
+    FOUND = 1
+    STEPS = 2
+    ATTEMPTS = 3
+    POSITION_ERROR = 4
+    ORIENTATION_ERROR = 5
+    JOINT_DISTANCE = 6
+    SIGMA_MIN = 7
+    LIMITS_MASK = 8
+    SEED_CLIPPED = 9
+    TIME = 10
+
+
+FIGURES = len(Figure)
+(
+    STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR, JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK,
+    SEED_CLIPPED, TIME,
+) = range(FIGURES)  # fmt: skip
+
+
+@compiled
+def solve_range(
+    geometry, starts, reach, tuning, weights, joint_weights, targets, seeds, references, first, last,
+    q, figures, answers, recorder,
+):  # fmt: skip
+    """Solve rows first..last-1 of targets (N, 4, 4) from seeds (N, n); write q (N, n) and figures (N, FIGURES).
+
+    `answers` (k, n) receives the k nearest answers of the last row; `recorder` every iterate, if it has room.
+    """
+    arm, rules = Geometry(*geometry), Tuning(*tuning)
+    spread, bound, pen = Starts(*starts), Reach(*reach), Recorder(*recorder)
+    n = len(arm.lower)
+    work = make_workspace(len(arm.prismatic), n, len(spread.q))
+    scratch = Recorder(*make_recorder(0, n))
+    ranks = np.empty(len(answers))
+    for k in range(first, last):
+        began = now(work.clock)
+        row, seed, reference, T = figures[k], seeds[k], references[k], targets[k]
+        row[:] = math.nan
+        q[k, :] = seed
+        row[STATUS] = NOT_AN_ARGUMENT
+        if not (is_pose(T) and finite(seed) and finite(reference)):
+            continue
+        work.q[:] = seed
+        row[SEED_CLIPPED] = rules.respect_limits > 0.0 and bring_inside(arm, work.q)
+        ranks[:] = math.inf
+        R = (T[0, 0], T[0, 1], T[0, 2], T[1, 0], T[1, 1], T[1, 2], T[2, 0], T[2, 1], T[2, 2])
+        task = Task(R, (T[0, 3], T[1, 3], T[2, 3]), weights)
+        status, steps, attempts, found, position_error, orientation_error = search(
+            arm, spread, bound, task, rules, reference, joint_weights, answers, ranks, work, pen
+        )
+        q[k, :] = work.q
+        row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts
+        row[POSITION_ERROR], row[ORIENTATION_ERROR] = position_error, orientation_error
+        row[JOINT_DISTANCE] = largest_gap(work.q, reference)
+        row[LIMITS_MASK] = limits_mask(arm, work.q)
+        if status != CONVERGED:
+            row[SIGMA_MIN] = sigma_min(arm, weights, work, scratch)
+        row[TIME] = now(work.clock) - began
+
+
+@kernel
+def finite(values):
+    """Return whether all of a vector is finite."""
+    for i in range(len(values)):
+        if not abs(values[i]) < math.inf:
+            return False
+    return True
+
+
+@kernel
+def is_pose(T):
+    """Return whether T (4, 4) is finite, has a right-handed rotation and the last row 0 0 0 1."""
+    for i in range(3):
+        if not abs(T[i, 3]) < math.inf or T[3, i] != 0.0:
+            return False
+        for j in range(3):
+            dot = T[i, 0] * T[j, 0] + T[i, 1] * T[j, 1] + T[i, 2] * T[j, 2]
+            if not abs(dot - (i == j)) < ROTATION_TOLERANCE:
+                return False
+    handed = (
+        T[0, 0] * (T[1, 1] * T[2, 2] - T[1, 2] * T[2, 1])
+        - T[0, 1] * (T[1, 0] * T[2, 2] - T[1, 2] * T[2, 0])
+        + T[0, 2] * (T[1, 0] * T[2, 1] - T[1, 1] * T[2, 0])
+    )
+    return handed > 0.0 and T[3, 3] == 1.0
+
+
+@kernel
+def bring_inside(arm, q):
+    """Turn, then clip q into the limits; return whether anything had to move."""
+    outside = False
+    for i in range(len(q)):
+        outside = outside or q[i] < arm.lower[i] or q[i] > arm.upper[i]
+    if outside:
+        unwrap(arm, q, q)
+        for i in range(len(q)):
+            q[i] = min(max(q[i], arm.lower[i]), arm.upper[i])
+    return outside
+
+
+@kernel
+def largest_gap(q, reference):
+    """Return max |q_i - reference_i|."""
+    largest = 0.0
+    for i in range(len(q)):
+        largest = max(largest, abs(q[i] - reference[i]))
+    return largest
+
+
+@kernel
+def limits_mask(arm, q):
+    """Return a number whose bit i is set where joint i sits on a limit."""
+    mask = 0
+    for i in range(len(q)):
+        if q[i] <= arm.lower[i] or q[i] >= arm.upper[i]:
+            mask |= 1 << i
+    return mask
+
+
+@kernel
+def sigma_min(arm, weights, work, scratch):
+    """Return the smallest singular value of the task Jacobian at work.q."""
+    _, p = walk(arm, work.q, work.axes)
+    fill_columns(arm, work.axes, p, work.columns)
+    weigh(weights, work.columns)
+    return singular_figures(work.columns, scratch)[0]

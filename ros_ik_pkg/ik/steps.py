@@ -1,0 +1,189 @@
+"""The five step rules, and the one place that tells them apart.
+
+Each reads the Jacobian's columns and the weighted error from the workspace, writes the joint step dq and
+returns its damping. A frozen joint is a column of zeros: its dq comes out as 0 by every rule. A rule that
+finds no finite step returns NaN.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ros_ik_pkg.ik.compiled import kernel
+from ros_ik_pkg.ik.linalg import ROWS, cholesky_solve, gram, svd
+
+TRANSPOSE, PINV, DLS, ADAPTIVE_DLS, SDLS = range(5)
+ADAPTIVE_JOINT_STEP = 0.3  # rad or m, the notes' cap for adaptive_dls
+RANK_TOLERANCE = 1e-10  # singular values below this are zeros to sdls
+TINY = 1e-300
+
+
+@kernel
+def take_step(tuning, error_norm, weights, work):
+    """Write the step of the selected method to work.dq and return its damping."""
+    method = int(tuning.method)
+    if method == TRANSPOSE:
+        return transpose_step(work)
+    if method == PINV:
+        return pinv_step(weights, work)
+    if method == DLS:
+        return damped_step(tuning.dls_damping, weights, work)
+    if method == ADAPTIVE_DLS:
+        damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
+        return damped_step(damping, weights, work)
+    return sdls_step(tuning.sdls_max_step, work)
+
+
+@kernel
+def joint_step_cap(tuning):
+    """Return the cap on one joint's step [rad or m]; the option, or the method's own where it is 0."""
+    if tuning.max_joint_step > 0.0:
+        return tuning.max_joint_step
+    return ADAPTIVE_JOINT_STEP if int(tuning.method) == ADAPTIVE_DLS else math.inf
+
+
+@kernel
+def apply_transpose(columns, y, dq):
+    """Write dq = J^T y."""
+    for i in range(len(columns)):
+        s = 0.0
+        for r in range(ROWS):
+            s += columns[i, r] * y[r]
+        dq[i] = s
+
+
+@kernel
+def transpose_step(work):
+    """dq = alpha J^T e with alpha = <e, J J^T e> / |J J^T e|^2; zero where the denominator is zero."""
+    apply_transpose(work.columns, work.e, work.dq)
+    top, bottom = 0.0, 0.0
+    for r in range(ROWS):
+        s = 0.0
+        for i in range(len(work.dq)):
+            s += work.columns[i, r] * work.dq[i]
+        top += work.e[r] * s
+        bottom += s * s
+    alpha = top / bottom if bottom > TINY else 0.0
+    for i in range(len(work.dq)):
+        work.dq[i] *= alpha
+    return 0.0
+
+
+@kernel
+def damped_step(damping, weights, work):
+    """dq = J^T (J J^T + lambda^2 I)^-1 e; the row of a dropped axis gets a 1 and so stays out of the system."""
+    for r in range(ROWS):
+        work.diagonal[r] = damping * damping if weights[r] > 0.0 else 1.0
+    gram(work.columns, work.diagonal, work.A)
+    if not cholesky_solve(work.A, work.e, work.y):
+        return math.nan
+    apply_transpose(work.columns, work.y, work.dq)
+    return damping
+
+
+@kernel
+def pinv_step(weights, work):
+    """dq = J^+ e, bare: J^T (J J^T)^-1 e, or (J^T J)^-1 J^T e where the task has more rows than joints are free."""
+    rows, free = 0, 0
+    for r in range(ROWS):
+        rows += weights[r] > 0.0
+    for i in range(len(work.dq)):
+        free += moves(work.columns, i)
+    if free >= rows:
+        return damped_step(0.0, weights, work)
+    return _normal_equations_step(work)
+
+
+@kernel
+def moves(columns, i):
+    """Return whether joint i is in the system: a joint that moves nothing has a column of zeros."""
+    for r in range(ROWS):
+        if columns[i, r] != 0.0:
+            return True
+    return False
+
+
+@kernel
+def _normal_equations_step(work):
+    """Solve (J^T J) dq = J^T e over the free joints, fewer than six; unused rows get a 1 on the diagonal."""
+    A, y, columns = work.A, work.y, work.columns
+    rhs = work.diagonal
+    n, a = len(work.dq), 0
+    for r in range(ROWS):
+        rhs[r] = 0.0
+        for c in range(ROWS):
+            A[r, c] = 1.0 if r == c else 0.0
+    for i in range(n):
+        if not moves(columns, i):
+            continue
+        b = 0
+        for j in range(i + 1):
+            if moves(columns, j):
+                s = 0.0
+                for r in range(ROWS):
+                    s += columns[i, r] * columns[j, r]
+                A[a, b] = s
+                b += 1
+        for r in range(ROWS):
+            rhs[a] += columns[i, r] * work.e[r]
+        a += 1
+    if not cholesky_solve(A, rhs, y):
+        return math.nan
+    a = 0
+    for i in range(n):
+        work.dq[i] = 0.0
+        if moves(columns, i):
+            work.dq[i] = y[a]
+            a += 1
+    return 0.0
+
+
+@kernel
+def sdls_step(max_step, work):
+    """Selectively damped least squares (Buss & Kim 2005): every singular direction has a bound of its own.
+
+    With J = U S V^T, target blocks l (position, orientation) and rho_lj = |column j of block l|:
+    a_i = <u_i, e>, N_i = sum_l |u_il|, M_i = (1/s_i) sum_l sum_j |v_ji| rho_lj, gamma_i = min(1, N_i/M_i) gamma_max,
+    dq = clamp(sum_i clamp((a_i/s_i) v_i, gamma_i), gamma_max), where clamp scales the largest component.
+    """
+    columns, U, W, dq = work.columns, work.U, work.W, work.dq
+    n = len(dq)
+    svd(columns, U, W, work.sigma)
+    dq[:] = 0.0
+    for i in range(ROWS):
+        s = work.sigma[i]
+        if not s > RANK_TOLERANCE:
+            continue
+        a, largest, M = 0.0, 0.0, 0.0
+        for r in range(ROWS):
+            a += U[i, r] * work.e[r]
+        for j in range(n):
+            v = abs(W[i, j]) / s
+            largest = max(largest, v)
+            M += v * (_length(columns, j, 0) + _length(columns, j, 3)) / s
+        bound = min(1.0, (_length(U, i, 0) + _length(U, i, 3)) / M) * max_step
+        scale = a / s
+        if abs(scale) * largest > bound:
+            scale = math.copysign(bound / largest, scale)
+        for j in range(n):
+            dq[j] += scale * W[i, j] / s
+    clamp_largest(dq, max_step)
+    return 0.0
+
+
+@kernel
+def _length(rows, i, start):
+    """Euclidean length of half a row: its position part (start 0) or its orientation part (start 3)."""
+    x, y, z = rows[i, start], rows[i, start + 1], rows[i, start + 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@kernel
+def clamp_largest(dq, bound):
+    """Scale dq so that no component exceeds the bound."""
+    largest = 0.0
+    for i in range(len(dq)):
+        largest = max(largest, abs(dq[i]))
+    if largest > bound:
+        for i in range(len(dq)):
+            dq[i] *= bound / largest
