@@ -32,7 +32,7 @@ START_TIMEOUT = 300.0  # s; the first start on a machine compiles
 TIMEOUT = 20.0  # s; far beyond what anything here takes
 # rclpy loads lark when a node is made, and lark a module that Python 3.12 calls deprecated.
 allow_lark = pytest.mark.filterwarnings("ignore:module 'sre_.*' is deprecated:DeprecationWarning")
-DEFAULTS = {name: option.default for name, option in PARAMETERS.items() if option.default != ()}
+DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
 
 
 class Client(IkClient):

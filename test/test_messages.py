@@ -32,7 +32,8 @@ def answer_with(rows: int = 3) -> Answer:
     )
     solution = Solution(
         q=np.linspace(0.0, 0.5, arm.n), status=Status.CONVERGED, position_error=1e-7, orientation_error=2e-7,
-        iterations=rows - 1, attempts=1, joint_distance=0.25, joints_at_limits=(1, 4), trace=trace,
+        iterations=rows - 1, attempts=1, joint_distance=0.25, sigma_min=0.5, limits_mask=0b10010,
+        seed_clipped=False, solve_time=3e-5, solutions=np.zeros((1, arm.n)), trace=trace,
     )  # fmt: skip
     target = PoseStamped()
     target.header.stamp.sec, target.header.stamp.nanosec = 12, 34

@@ -62,6 +62,7 @@ def test_numbers_carry_their_range(option):
         ('home_until_joint_states', 'yes'),
         ('compare', ['pinv', 'newton']),
         ('compare', 'pinv'),
+        ('compare', None),
     ],
 )
 def test_a_wrong_value_is_refused_by_name(name, value):
@@ -69,10 +70,9 @@ def test_a_wrong_value_is_refused_by_name(name, value):
         Settings.from_values(DEFAULTS | {name: value})
 
 
-def test_an_integer_stands_for_a_number_and_nothing_stands_for_an_empty_list():
-    settings = Settings.from_values(DEFAULTS | {'max_joint_jump': 1, 'compare': None})
+def test_an_integer_stands_for_a_number():
+    settings = Settings.from_values(DEFAULTS | {'max_joint_jump': 1})
     assert settings.options.max_joint_jump == 1.0 and isinstance(settings.options.max_joint_jump, float)
-    assert settings.compare == ()
 
 
 def test_compare_takes_methods_once_each_and_all():

@@ -54,14 +54,12 @@ class Answering:
         base_from_target, notes = self._base_from_target(target, arm)
         seed, seed_notes = self._seed(arm)
         solution = solve(arm, base_from_target, seed, options, trace=trace)
-        outcome, reason = _judge(solution, base_from_target, arm, self.settings)
+        outcome, cause, reason = _judge(solution, base_from_target, arm, self.settings)
         if outcome == SOLVED:
             self._last_solution = solution.q
         if solution.seed_clipped:
             seed_notes += ('seed outside the limits brought inside',)
-        return Answer(
-            target, outcome, solution.status.label, reason, options.method, arm, solution, notes + seed_notes
-        )
+        return Answer(target, outcome, cause, reason, options.method, arm, solution, notes + seed_notes)
 
     def _base_from_target(self, target: PoseStamped, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
         """Return the target (4, 4) in the base frame, whatever frame of the robot it was given in."""
@@ -86,13 +84,13 @@ class Answering:
         return self.joint_states.seed(arm.joint_names), ()
 
 
-def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str]:
-    """Return outcome and reason; what the solver calls converged is looked at once more."""
+def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:
+    """Return outcome, cause and reason; what the solver calls converged is looked at once more."""
     if not solution.converged:
-        return FAILED, _why(solution, arm)
+        return FAILED, solution.status.label, _why(solution, arm)
     if fault := fault_of(solution.q, target, arm, settings.options):
-        return FAILED, f'internal error: an answer called converged did not pass the check, {fault}'
-    return SOLVED, solution.status.text
+        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
+    return SOLVED, solution.status.label, solution.status.text
 
 
 def _why(solution: Solution, arm: Arm) -> str:

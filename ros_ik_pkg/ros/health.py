@@ -37,13 +37,18 @@ class Health:
 
     def report(self, name: str, hardware_id: str, waiting: str, period: float) -> DiagnosticStatus:
         """Return the status of the last `period` [s]; `waiting` says what is missing, if anything."""
-        figures = self._figures(period)
         level, message = self._judge(waiting)
-        last_error = self.last_error
-        self.__init__(last_error=last_error)  # type: ignore[misc]
+        values = key_values(self._figures(period))
+        self._begin_period()
         return DiagnosticStatus(
-            level=level, name=name, message=message, hardware_id=hardware_id, values=key_values(figures)
+            level=level, name=name, message=message, hardware_id=hardware_id, values=values
         )
+
+    def _begin_period(self) -> None:
+        """Forget the figures; the last error stays."""
+        for figures in (self.failed, self.refused, self.latencies, self.solve_times):
+            figures.clear()
+        self.internal_errors = 0
 
     def _judge(self, waiting: str) -> tuple[bytes, str]:
         count, failed, refused = len(self.latencies), self.failed.total(), self.refused.total()

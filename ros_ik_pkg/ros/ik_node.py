@@ -13,7 +13,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from ros_ik_pkg.ik import Arm, ModelError, warm_up
+from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer
 from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
@@ -78,8 +78,12 @@ class IkNode(Node):
             return self._answering.internal_error(target, error)
 
     def _arm_for(self, settings: Settings, arm_changes: bool) -> Arm | None:
-        """Return the arm that the settings mean, loaded anew where they change it."""
-        return self._robot_source.load(settings) if arm_changes else self._answering.arm
+        """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
+        arm = self._robot_source.load(settings) if arm_changes else self._answering.arm
+        weights = settings.options.joint_weights
+        if arm is not None and len(weights) not in (0, arm.n):
+            raise OptionError(f'joint_weights has {len(weights)} numbers; {arm.name} has {arm.n} joints')
+        return arm
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use settings and arm that were found good."""
@@ -97,8 +101,8 @@ class IkNode(Node):
         if not follows_topic(settings):
             return
         try:
-            self._take_over(settings, self._robot_source.load(settings))
-        except ModelError as error:
+            self._take_over(settings, self._arm_for(settings, arm_changes=True))
+        except IkError as error:
             kept = f'keeping {self._answering.arm.name}' if self._answering.arm else 'still without a robot'
             self.get_logger().error(f'{error}; {kept}', throttle_duration_sec=LOG_PERIOD)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from array import array
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -24,10 +25,9 @@ class ListOption(Option):
 
     def check(self, value: Any) -> tuple[str, ...]:
         """Return the entries once each, in the order given, or raise OptionError."""
-        entries = () if value is None else value
-        if isinstance(entries, str) or any(entry not in self.allowed for entry in entries):
+        if not isinstance(value, (list, tuple, array)) or any(entry not in self.allowed for entry in value):
             raise self._refuse(value)
-        return tuple(dict.fromkeys(entries))
+        return tuple(dict.fromkeys(value))
 
     def expected(self) -> str:
         """Say in words what values are allowed."""
@@ -100,7 +100,7 @@ class Parameters:
         settings = Settings.from_values(self._values)
         self._pending = (settings, prepare(settings, True))
         node.add_pre_set_parameters_callback(_convert)
-        node.set_parameters_atomically([_parameter(name, value) for name, value in self._values.items()])
+        node.set_parameters_atomically([_parameter(*item) for item in self._values.items()])
         self._describe(PARAMETERS)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
@@ -144,7 +144,13 @@ def _declare(node: Node) -> dict[str, Any]:
     declared = node.declare_parameters(
         '', [(name, _plain(option.default), undescribed) for name, option in PARAMETERS.items()]
     )
-    return {parameter.name: _converted(parameter).value for parameter in declared}
+    return {parameter.name: _value_at_start(parameter) for parameter in declared}
+
+
+def _value_at_start(parameter: Parameter) -> Any:
+    """Return the checked value; ROS reads an empty list in a file as nothing at all."""
+    option = PARAMETERS[parameter.name]
+    return option.check(option.default if parameter.value is None else parameter.value)
 
 
 def descriptor(option: Option) -> ParameterDescriptor:
@@ -182,9 +188,14 @@ def _converted(parameter: Parameter) -> Parameter:
 
 def _parameter(name: str, value: Any) -> Parameter:
     """Make a parameter of the declared type; an empty list would not tell its own."""
+    default = PARAMETERS[name].default
     if isinstance(PARAMETERS[name], ListOption):
-        return Parameter(name, Parameter.Type.STRING_ARRAY, list(value))
-    return Parameter(name, value=_plain(value))
+        kind = Parameter.Type.STRING_ARRAY
+    elif isinstance(default, tuple):
+        kind = Parameter.Type.DOUBLE_ARRAY
+    else:
+        kind = Parameter.Type.from_parameter_value(default)
+    return Parameter(name, kind, _plain(value))
 
 
 def _plain(value: Any) -> Any:

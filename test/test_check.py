@@ -1,0 +1,54 @@
+"""The last check lets good answers through and stops every other, whatever the solver calls them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ros_ik_pkg.ik import SolveOptions, load_arm
+from ros_ik_pkg.ros.check import fault_of
+
+ARM = load_arm('puma560')
+OPTIONS = SolveOptions(position_tolerance=1e-4, orientation_tolerance=1e-3)
+TARGET = ARM.forward(ARM.home)
+
+
+def moved(x: float = 0.0, turn: float = 0.0) -> np.ndarray:
+    """Return the target moved along x [m] and turned about z of the base [rad]."""
+    target = TARGET.copy()
+    c, s = np.cos(turn), np.sin(turn)
+    target[:3, :3] = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ target[:3, :3]
+    target[0, 3] += x
+    return target
+
+
+def test_an_answer_within_tolerance_and_limits_passes():
+    for target in (TARGET, moved(x=0.99e-4), moved(turn=0.99e-3)):
+        assert fault_of(ARM.home, target, ARM, OPTIONS) == ''
+
+
+@pytest.mark.parametrize(
+    ('q', 'target', 'words'),
+    [
+        (ARM.home, moved(x=1.01e-4), '0.000101 m off'),
+        (ARM.home, moved(turn=1.01e-3), '0.00101 rad off'),
+        (ARM.home, moved(turn=np.pi), '3.14 rad off'),
+        (np.where(np.arange(ARM.n) == 2, np.nan, ARM.home), TARGET, 'not finite'),
+        (ARM.home + 100.0 * (np.arange(ARM.n) == 5), TARGET, 'joint6 outside the limits'),
+    ],
+)
+def test_any_other_answer_is_stopped(q, target, words):
+    assert words in fault_of(q, target, ARM, OPTIONS)
+
+
+def test_limits_count_only_where_they_are_to_be_respected():
+    free = SolveOptions(respect_limits=False)
+    q = ARM.home + 2.0 * np.pi * (np.arange(ARM.n) == 0)
+    assert (q > ARM.upper).any()
+    assert fault_of(q, TARGET, ARM, free) == ''
+
+
+def test_rows_of_weight_zero_are_not_part_of_the_task():
+    position_only = SolveOptions(task_weights=(1, 1, 1, 0, 0, 0))
+    assert fault_of(ARM.home, moved(turn=1.0), ARM, position_only) == ''
+    assert 'm off' in fault_of(ARM.home, moved(x=1.0), ARM, position_only)
