@@ -8,7 +8,23 @@ from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch, warm_up
 from ros_ik_pkg.ik.sources import robot_names
 
 __all__ = [
-    'CHOICES', 'METHODS', 'OPTIONS', 'TRACE_COLUMNS', 'ArgumentError', 'Arm', 'BatchSolution', 'IkError', 'ModelError',
-    'OptionError', 'SolveOptions', 'Solution', 'Status', 'Trace', 'load_arm', 'robot_names', 'solve', 'solve_batch',
+    'CHOICES',
+    'METHODS',
+    'OPTIONS',
+    'TRACE_COLUMNS',
+    'ArgumentError',
+    'Arm',
+    'BatchSolution',
+    'IkError',
+    'ModelError',
+    'OptionError',
+    'Solution',
+    'SolveOptions',
+    'Status',
+    'Trace',
+    'load_arm',
+    'robot_names',
+    'solve',
+    'solve_batch',
     'warm_up',
 ]  # fmt: skip

@@ -1,19 +1,72 @@
-"""The decorators for compiled functions, so that all share the same arithmetic and cache policy."""
+"""The decorators for compiled functions, so that all share the same arithmetic and the same cache.
+
+Numba looks only at the file of a function to tell whether its cached code is still right, but code of this package
+is inlined across files. So the cache lives in a folder named after all sources of `ros_ik_pkg.ik` together: any
+change makes a new one, and an installation that cannot be written to is cached too.
+"""
 
 from __future__ import annotations
 
-from numba import njit
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
 
-# error_model='numpy': division by zero gives inf or NaN, which the loop detects, instead of a branch and a raise.
-# nogil: batches run on threads. contract: a*b+c may become one fused instruction; nothing is reordered.
-_COMMON = {'cache': True, 'error_model': 'numpy', 'nogil': True, 'fastmath': {'contract'}}
+import numba
+
+Function = TypeVar('Function', bound=Callable[..., Any])
+
+
+def cache_folder() -> Path | None:
+    """Return the folder for compiled code, None where nothing can be written: then it lives in memory only.
+
+    It is below $NUMBA_CACHE_DIR, else $XDG_CACHE_HOME, else ~/.cache.
+    """
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(Path(__file__).parent.glob('*.py')):
+        digest.update(path.read_bytes())
+    root = os.environ.get('NUMBA_CACHE_DIR') or os.environ.get('XDG_CACHE_HOME') or '~/.cache'
+    try:
+        folder = Path(root).expanduser() / 'ros_ik_pkg' / digest.hexdigest()[:16]
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as probe:
+            probe.write(bytes(4096))
+    except (OSError, RuntimeError):
+        return None
+    return folder
+
+
+CACHE_FOLDER = cache_folder()
+
+
+def _decorator(**options: Any) -> Callable[[Function], Function]:
+    """Return njit with the options that all compiled functions share."""
+
+    def decorate(function: Function) -> Function:
+        # Numba reads the setting at this moment; others' functions keep theirs.
+        others, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(CACHE_FOLDER or '')
+        try:
+            return numba.njit(
+                cache=CACHE_FOLDER is not None,
+                error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
+                nogil=True,  # batches run on threads
+                fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
+                **options,
+            )(function)
+        finally:
+            numba.config.CACHE_DIR = others
+
+    return decorate
+
 
 # What callers enter by: may allocate.
-compiled = njit(**_COMMON)
+compiled = _decorator()
 
-# Inside the loop: no reference counts (atomic instructions, which would cost more than the arithmetic), and so
-# no allocation either, which Numba then refuses to compile.
-kernel = njit(_nrt=False, **_COMMON)
+# Inside the loop: no reference counts (atomic instructions, dearer than the arithmetic) and so no allocation
+# either, which Numba then refuses to compile.
+kernel = _decorator(_nrt=False)
 
 # Small kernels that return tuples: inlined, so that the numbers stay in registers.
-inlined = njit(_nrt=False, forceinline=True, **_COMMON)
+inlined = _decorator(_nrt=False, forceinline=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
-from ros_ik_pkg.ik.records import Geometry
+from ros_ik_pkg.ik.records import unpack_model
 from ros_ik_pkg.ik.sincos import sincos
 
 
@@ -27,7 +27,7 @@ def turn_about_z(R, angle):
 
 @inlined
 def place(R, p, rows, k):
-    """Return rotation and position of (R, p) followed by the constant placement in `row`."""
+    """Return rotation and position of (R, p) followed by the constant placement in row k."""
     x, y, z = rows[k, 9], rows[k, 10], rows[k, 11]
     moved = (
         p[0] + R[0] * x + R[1] * y + R[2] * z,
@@ -58,7 +58,7 @@ def walk(geometry, q, axes):
         R, p = place(R, p, geometry.placements, i)
         axes[i, 0], axes[i, 1], axes[i, 2] = R[2], R[5], R[8]
         axes[i, 3], axes[i, 4], axes[i, 5] = p
-        value = geometry.multiplier[i] * q[geometry.variable[i]] + geometry.offset[i]
+        value = geometry.multiplier[i] * q[int(geometry.variable[i])] + geometry.offset[i]
         if geometry.prismatic[i]:
             p = (p[0] + value * R[2], p[1] + value * R[5], p[2] + value * R[8])
         else:
@@ -71,7 +71,7 @@ def fill_columns(geometry, axes, p, columns):
     """Write the Jacobian's columns [z x (p - p_i) ; z] or [z ; 0] as rows of `columns` (n, 6)."""
     columns[:] = 0.0
     for i in range(len(geometry.prismatic)):
-        v, m = geometry.variable[i], geometry.multiplier[i]
+        v, m = int(geometry.variable[i]), geometry.multiplier[i]
         x, y, z = m * axes[i, 0], m * axes[i, 1], m * axes[i, 2]
         if geometry.prismatic[i]:
             columns[v, 0] += x
@@ -88,10 +88,10 @@ def fill_columns(geometry, axes, p, columns):
 
 
 @compiled
-def forward_kinematics(geometry, q):
-    """Return the (4, 4) pose of the tip in the base frame [m]; `geometry` holds the arrays of a Geometry."""
-    arm = Geometry(*geometry)
-    R, p = walk(arm, q, np.empty((len(arm.prismatic), 6)))
+def forward_kinematics(model, joints, q):
+    """Return the (4, 4) pose of the tip in the base frame [m]; `model` is what pack_model packed."""
+    geometry, _ = unpack_model(model, joints, len(q))
+    R, p = walk(geometry, q, np.empty((joints, 6)))
     base_from_tip = np.zeros((4, 4))
     for i in range(3):
         base_from_tip[i, 3] = p[i]
@@ -102,11 +102,11 @@ def forward_kinematics(geometry, q):
 
 
 @compiled
-def geometric_jacobian(geometry, q):
+def geometric_jacobian(model, joints, q):
     """Return the (6, n) geometric Jacobian of the tip, linear rows first, in base axes."""
-    arm = Geometry(*geometry)
-    axes = np.empty((len(arm.prismatic), 6))
+    geometry, _ = unpack_model(model, joints, len(q))
+    axes = np.empty((joints, 6))
     columns = np.empty((len(q), 6))
-    _, p = walk(arm, q, axes)
-    fill_columns(arm, axes, p, columns)
+    _, p = walk(geometry, q, axes)
+    fill_columns(geometry, axes, p, columns)
     return columns.T.copy()

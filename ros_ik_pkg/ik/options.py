@@ -174,25 +174,28 @@ class SolveOptions:
         maximum=1e6,
     )
 
+    numbers: np.ndarray = dataclass_field(init=False, repr=False, compare=False)
+
     def __post_init__(self) -> None:
         for spec in OPTIONS:
             object.__setattr__(self, spec.name, spec.check(getattr(self, spec.name)))
         if not any(self.task_weights):
             raise OptionError('task_weights drops all six rows: expected at least one weight above 0')
         object.__setattr__(self, 'numbers', self._numbers())
-        object.__setattr__(self, 'row_weights', np.array(self.task_weights))
 
-    def _numbers(self) -> tuple[float, ...]:
-        """Give the options as the compiled code takes them: the fields of `records.Tuning` in order."""
+    def _numbers(self) -> np.ndarray:
+        """Give the options as the compiled code takes them: the fields of `records.Tuning`, then the task weights."""
         values = [getattr(self, name) for name in Tuning._fields]
         values[Tuning._fields.index('method')] = METHODS.index(self.method)
         values[Tuning._fields.index('choice')] = CHOICES.index(self.choice)
-        return tuple(float(value) for value in values)
+        return np.array([*values, *self.task_weights], dtype=np.float64)
 
 
 def _declared() -> tuple[Option, ...]:
     out = []
     for item in fields(SolveOptions):
+        if not item.init:
+            continue
         spec = dict(item.metadata)
         ros_name = spec.pop('ros_name', item.name)
         out.append(Option(name=item.name, ros_name=ros_name, default=item.default, **spec))

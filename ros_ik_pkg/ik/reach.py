@@ -25,12 +25,12 @@ def make_reach(geometry: Geometry) -> Reach:
     turning = [k for k in range(len(geometry.prismatic)) if not geometry.prismatic[k]]
     tip = frames[-1]
     if not turning:
-        return Reach(tip[:3, 3].copy(), np.zeros(3), length, length)
+        return Reach(tip[:3, 3].copy(), np.zeros(3), np.array([length, length]))
     lines = [(frames[k][:3, 3], frames[k][:3, 2]) for k in turning]
     points = _shorten(lines)
     length += sum(float(np.linalg.norm(b - a)) for a, b in zip(points, points[1:]))
     in_tip = tip[:3, :3].T @ (points[-1] - tip[:3, 3])
-    return Reach(points[0], in_tip, length, length + float(np.linalg.norm(in_tip)))
+    return Reach(points[0], in_tip, np.array([length, length + float(np.linalg.norm(in_tip))]))
 
 
 def _axes_at_zero(geometry: Geometry) -> tuple[list[np.ndarray], float]:
@@ -42,7 +42,7 @@ def _axes_at_zero(geometry: Geometry) -> tuple[list[np.ndarray], float]:
         pose = pose @ placement
         frames.append(pose)
         if k < len(geometry.prismatic) and geometry.prismatic[k]:
-            i = geometry.variable[k]
+            i = int(geometry.variable[k])
             ends = geometry.multiplier[k] * np.array([geometry.lower[i], geometry.upper[i]]) + geometry.offset[k]
             slide += float(np.max(np.abs(ends)))
     return frames, slide
@@ -76,7 +76,7 @@ def out_of_reach(reach, task, tuning):
             return False
     R, p, x = task.R, task.p, reach.in_tip
     turned = task.weights[3] > 0.0 and task.weights[4] > 0.0 and task.weights[5] > 0.0
-    bound = reach.length if turned else reach.tip_length
+    bound = reach.lengths[0] if turned else reach.lengths[1]
     slack = tuning.position_tolerance
     dx, dy, dz = p[0] - reach.in_base[0], p[1] - reach.in_base[1], p[2] - reach.in_base[2]
     if turned:

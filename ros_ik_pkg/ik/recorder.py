@@ -19,24 +19,27 @@ assert TRACE_COLUMNS[STEP] == 'step_norm' and TRACE_COLUMNS[AT_LIMITS] == 'joint
 def record(recorder, geometry, attempt, iteration, position_error, orientation_error, norm, p, work):
     """Append the iterate in work.q; its Jacobian is in work.columns."""
     k = recorder.count[0]
-    if k >= len(recorder.rows):
+    if len(recorder.rows) == 0:
         return
     recorder.count[0] = k + 1
+    if k >= len(recorder.rows):
+        return
+    n = len(work.q)
     row = recorder.rows[k]
     row[ATTEMPT], row[ITERATION] = attempt, iteration
     row[POSITION], row[ORIENTATION], row[NORM] = position_error, orientation_error, norm
     row[STEP], row[DAMPING] = 0.0, 0.0
     row[SIGMA_MIN], row[CONDITION], row[MANIPULABILITY] = singular_figures(work.columns, recorder)
     row[AT_LIMITS] = count_at_limits(geometry, work.q)
-    assign(recorder.q[k], work.q)
-    recorder.p[k, 0], recorder.p[k, 1], recorder.p[k, 2] = p
+    assign(row[TRACE_WIDTH : TRACE_WIDTH + n], work.q)
+    row[TRACE_WIDTH + n], row[TRACE_WIDTH + n + 1], row[TRACE_WIDTH + n + 2] = p
 
 
 @kernel
 def record_step(recorder, damping, step):
     """Complete the last row with the step that was taken from it."""
     k = recorder.count[0] - 1
-    if k < 0:
+    if not 0 <= k < len(recorder.rows):
         return
     square = 0.0
     for i in range(len(step)):

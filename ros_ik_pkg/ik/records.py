@@ -1,4 +1,8 @@
-"""The records that the compiled functions hand to each other: named tuples of arrays and numbers."""
+"""The records that the compiled functions hand to each other: named tuples of arrays and numbers.
+
+Python hands a whole arm over as one flat array, because every array that crosses into compiled code costs a quarter
+of a microsecond; `unpack_model` cuts it into views again.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ TRACE_WIDTH = len(TRACE_COLUMNS)
 
 
 class Geometry(NamedTuple):
-    """One chain (see Arm): nj joints, n variables."""
+    """One chain (see Arm): nj joints, n variables; all float64, indices and flags too."""
 
     placements: np.ndarray  # (nj + 1, 12)
     prismatic: np.ndarray  # (nj,)
@@ -25,26 +29,16 @@ class Geometry(NamedTuple):
     wraps: np.ndarray  # (n,)
 
 
-class Starts(NamedTuple):
-    """Well-spread configurations to start from, and the poses that they reach, in single precision."""
-
-    q: np.ndarray  # (m, n)
-    positions: np.ndarray  # (3, m) in units of the arm's spread
-    quaternions: np.ndarray  # (4, m)
-    spread: float  # [m]
-
-
 class Reach(NamedTuple):
     """A bound on where the arm can be (see reach.py)."""
 
     in_base: np.ndarray  # (3,) fixed point of the base [m]
     in_tip: np.ndarray  # (3,) fixed point of the tip frame [m]
-    length: float  # largest distance of the two [m]
-    tip_length: float  # largest distance of the tip from in_base [m]
+    lengths: np.ndarray  # (2,) largest distance of the two points, and of the tip from in_base [m]
 
 
 class Tuning(NamedTuple):
-    """SolveOptions as numbers; `SolveOptions.numbers` has the same order."""
+    """SolveOptions as numbers, but for the weights."""
 
     method: float
     max_iterations: float
@@ -72,7 +66,7 @@ class Task(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Everything that a descent writes to, made once for a search."""
+    """Everything that a search writes to, made once for many."""
 
     axes: np.ndarray  # (nj, 6) axis and a point of each joint
     columns: np.ndarray  # (n, 6) Jacobian by columns
@@ -85,21 +79,39 @@ class Workspace(NamedTuple):
     sigma: np.ndarray  # (6,)
     dq: np.ndarray  # (n,) step
     q: np.ndarray  # (n,) iterate
-    best: np.ndarray  # (n,) iterate of smallest error over all attempts
+    best: np.ndarray  # (n,) closest approach so far
     scores: np.ndarray  # (m,) how far each start is from the target
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
 
 class Recorder(NamedTuple):
-    """Where the iterates go when somebody wants them; of length 0 when nobody does."""
+    """Where the iterates go when somebody wants them; without rows when nobody does."""
 
-    rows: np.ndarray  # (k, TRACE_WIDTH)
-    q: np.ndarray  # (k, n)
-    p: np.ndarray  # (k, 3)
-    count: np.ndarray  # (1,) rows that would have been written
+    rows: np.ndarray  # (k, TRACE_WIDTH + n + 3)
+    count: np.ndarray  # (1,) iterates that there were
     U: np.ndarray  # (6, 6) scratch of the singular values
     W: np.ndarray  # (6, n)
     sigma: np.ndarray  # (6,)
+
+
+def pack_model(geometry: Geometry, reach: Reach) -> np.ndarray:
+    """Put an arm into one flat float64 array."""
+    return np.concatenate([np.ravel(part).astype(np.float64) for part in (*geometry, *reach)])
+
+
+@compiled
+def unpack_model(model, joints, n):
+    """Return (Geometry, Reach), views of what pack_model packed for nj joints and n variables."""
+    a = 12 * (joints + 1)
+    b = a + 4 * joints
+    c = b + 3 * n
+    per_joint, per_variable = model[a:b].reshape(4, joints), model[b:c].reshape(3, n)
+    geometry = Geometry(
+        model[:a].reshape(joints + 1, 12),
+        per_joint[0], per_joint[1], per_joint[2], per_joint[3],
+        per_variable[0], per_variable[1], per_variable[2],
+    )  # fmt: skip
+    return geometry, Reach(model[c : c + 3], model[c + 3 : c + 6], model[c + 6 : c + 8])
 
 
 @compiled
@@ -113,9 +125,6 @@ def make_workspace(joints, n, starts):
 
 
 @compiled
-def make_recorder(capacity, n):
-    """Allocate a Recorder for `capacity` iterates."""
-    return Recorder(
-        np.empty((capacity, TRACE_WIDTH)), np.empty((capacity, n)), np.empty((capacity, 3)), np.zeros(1, np.int64),
-        np.empty((6, 6)), np.empty((6, n)), np.empty(6),
-    )  # fmt: skip
+def make_recorder(rows, n):
+    """Put the rows to write to and the scratch that they need together."""
+    return Recorder(rows, np.zeros(1, np.int64), np.empty((6, 6)), np.empty((6, n)), np.empty(6))

@@ -15,8 +15,10 @@ import pinocchio as pin
 from ros_ik_pkg.ik.chain import Chain, make_chain
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.kinematics import forward_kinematics, geometric_jacobian
-from ros_ik_pkg.ik.records import Geometry
+from ros_ik_pkg.ik.reach import make_reach
+from ros_ik_pkg.ik.records import Geometry, pack_model
 from ros_ik_pkg.ik.sources import read_tree
+from ros_ik_pkg.ik.starts import make_starts
 from ros_ik_pkg.ik.transforms import rotation_from_z, transform
 from ros_ik_pkg.ik.tree import Joint, Tree, shorten
 
@@ -76,17 +78,27 @@ class Arm:
         return len(self.joint_names)
 
     @cached_property
-    def geometry(self) -> tuple[np.ndarray, ...]:
-        """The arrays that the compiled code takes, in the order of `records.Geometry`."""
-        return tuple(getattr(self, name) for name in Geometry._fields)
+    def geometry(self) -> Geometry:
+        """The chain as the compiled code takes it."""
+        return Geometry(*(getattr(self, name) for name in Geometry._fields))
+
+    @cached_property
+    def packed(self) -> np.ndarray:
+        """The chain and its reach in one flat array (see `records.pack_model`)."""
+        return pack_model(self.geometry, make_reach(self.geometry))
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Where searches start (see `starts.make_starts`)."""
+        return make_starts(self.geometry, self.packed)
 
     def forward(self, q: np.ndarray) -> np.ndarray:
         """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
-        return forward_kinematics(self.geometry, self._check(q))
+        return forward_kinematics(self.packed, len(self.prismatic), self._check(q))
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
-        return geometric_jacobian(self.geometry, self._check(q))
+        return geometric_jacobian(self.packed, len(self.prismatic), self._check(q))
 
     def base_from_frame(self, frame: str, positions: Mapping[str, float]) -> np.ndarray:
         """Pose of any frame of the robot in the base frame.

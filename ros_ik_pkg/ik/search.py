@@ -40,6 +40,7 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     patience, progress = PATIENT if lone or int(tuning.method) == TRANSPOSE else HURRIED
     stop_time = now(work.clock) + tuning.deadline if tuning.deadline > 0.0 else math.inf
     hopeless = out_of_reach(reach, task, tuning)
+    scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
     steps, attempts, found, news = 0, 0, 0, 0
@@ -65,7 +66,7 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
         late = status == DEADLINE or (stop_time < math.inf and now(work.clock) > stop_time)
         if attempts >= budget or settled or late:
             break
-        next_start(starts, task, attempts, work)
+        next_start(starts, task, scale, attempts, work)
     if found == 0 and not lone:
         assign(work.q, work.best)
         polished, taken, _, _, _ = descend(

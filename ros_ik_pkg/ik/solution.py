@@ -92,10 +92,9 @@ class Solution:
     iterations: steps taken over all attempts. attempts: descents made, the one from the seed included.
     joint_distance: largest |q - reference| over the joints [rad, m].
     sigma_min: smallest singular value of the task Jacobian at q; NaN where the search converged.
-    solutions: (k, n) distinct answers by their distance from the reference, the first is q; more than one only
-    with choice='all', none where the search failed.
     seed_clipped: the seed was outside the limits and was brought inside first.
     solve_time: seconds inside the compiled search.
+    solutions: (k, n) distinct answers by their distance from the reference, q the first, with choice='all'; else None.
     trace: every iterate, where it was asked for.
     """
 
@@ -110,7 +109,7 @@ class Solution:
     limits_mask: int
     seed_clipped: bool
     solve_time: float
-    solutions: np.ndarray
+    solutions: np.ndarray | None = None
     trace: Trace | None = None
 
     @property

@@ -2,85 +2,81 @@
 
 from __future__ import annotations
 
-import enum
 import math
 
 import numpy as np
 
 from ros_ik_pkg.ik.attempt import CONVERGED, weigh
 from ros_ik_pkg.ik.clock import now
-from ros_ik_pkg.ik.compiled import compiled, kernel
+from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kinematics import fill_columns, walk
-from ros_ik_pkg.ik.recorder import count_at_limits, singular_figures
-from ros_ik_pkg.ik.records import Geometry, Reach, Recorder, Starts, Task, Tuning, make_recorder, make_workspace
+from ros_ik_pkg.ik.linalg import assign
+from ros_ik_pkg.ik.recorder import singular_figures
+from ros_ik_pkg.ik.records import Task, Tuning, make_recorder, make_workspace, unpack_model
 from ros_ik_pkg.ik.search import search, unwrap
 
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose
 ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as a rotation
 
 
-class Figure(enum.IntEnum):
-    """Columns of the figures that `solve_range` writes, one row for each target."""
-
-    STATUS = 0
-    FOUND = 1
-    STEPS = 2
-    ATTEMPTS = 3
-    POSITION_ERROR = 4
-    ORIENTATION_ERROR = 5
-    JOINT_DISTANCE = 6
-    SIGMA_MIN = 7
-    LIMITS_MASK = 8
-    SEED_CLIPPED = 9
-    TIME = 10
-
-
-FIGURES = len(Figure)
+# Columns of the figures of a row
 (
     STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR, JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK,
     SEED_CLIPPED, TIME,
-) = range(FIGURES)  # fmt: skip
+) = range(11)  # fmt: skip
+FIGURES = 11
 
 
 @compiled
 def solve_range(
-    geometry, starts, reach, tuning, weights, joint_weights, targets, seeds, references, first, last,
-    q, figures, answers, recorder,
+    model, joints, starts, numbers, joint_weights, targets, seeds, references, first, last, out, answers, rows,
 ):  # fmt: skip
-    """Solve rows first..last-1 of targets (N, 4, 4) from seeds (N, n); write q (N, n) and figures (N, FIGURES).
+    """Solve rows first..last-1 of targets (N, 4, 4) from seeds (N, n) against references (N, n).
 
-    `answers` (k, n) receives the k nearest answers of the last row; `recorder` every iterate, if it has room.
+    Writes to out (N, n + FIGURES): q, then the figures. `answers` (k, n) receives the k nearest answers of the last
+    row, `rows` every iterate if there is room; both may be of length 0.
     """
-    arm, rules = Geometry(*geometry), Tuning(*tuning)
-    spread, bound, pen = Starts(*starts), Reach(*reach), Recorder(*recorder)
-    n = len(arm.lower)
-    work = make_workspace(len(arm.prismatic), n, len(spread.q))
-    scratch = Recorder(*make_recorder(0, n))
-    ranks = np.empty(len(answers))
+    n, tunables = seeds.shape[1], len(numbers) - 6
+    geometry, reach = unpack_model(model, joints, n)
+    tuning, weights = tuning_of(numbers), numbers[tunables:]
+    work = make_workspace(joints, n, starts.shape[1])
+    recorder = make_recorder(rows, n)
+    kept = answers if len(answers) > 0 else np.empty((1, n))
+    ranks = np.empty(len(kept))
     for k in range(first, last):
         began = now(work.clock)
-        row, seed, reference, T = figures[k], seeds[k], references[k], targets[k]
+        q, row, T = out[k, :n], out[k, n:], targets[k]
+        q[:] = seeds[k]
         row[:] = math.nan
-        q[k, :] = seed
         row[STATUS] = NOT_AN_ARGUMENT
-        if not (is_pose(T) and finite(seed) and finite(reference)):
+        if not (is_pose(T) and finite(seeds[k]) and finite(references[k])):
             continue
-        work.q[:] = seed
-        row[SEED_CLIPPED] = rules.respect_limits > 0.0 and bring_inside(arm, work.q)
+        assign(work.q, q)
+        row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
         ranks[:] = math.inf
         R = (T[0, 0], T[0, 1], T[0, 2], T[1, 0], T[1, 1], T[1, 2], T[2, 0], T[2, 1], T[2, 2])
         task = Task(R, (T[0, 3], T[1, 3], T[2, 3]), weights)
         status, steps, attempts, found, position_error, orientation_error = search(
-            arm, spread, bound, task, rules, reference, joint_weights, answers, ranks, work, pen
+            geometry, starts, reach, task, tuning, references[k], joint_weights, kept, ranks, work, recorder
         )
-        q[k, :] = work.q
+        assign(q, work.q)
         row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts
         row[POSITION_ERROR], row[ORIENTATION_ERROR] = position_error, orientation_error
-        row[JOINT_DISTANCE] = largest_gap(work.q, reference)
-        row[LIMITS_MASK] = limits_mask(arm, work.q)
+        row[JOINT_DISTANCE] = largest_gap(q, references[k])
+        row[LIMITS_MASK] = limits_mask(geometry, q)
         if status != CONVERGED:
-            row[SIGMA_MIN] = sigma_min(arm, weights, work, scratch)
+            row[SIGMA_MIN] = sigma_min(geometry, weights, work, recorder)
         row[TIME] = now(work.clock) - began
+    return recorder.count[0]
+
+
+@inlined
+def tuning_of(numbers):
+    """Give the first numbers their names."""
+    return Tuning(
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7], numbers[8],
+        numbers[9], numbers[10], numbers[11], numbers[12], numbers[13], numbers[14],
+    )  # fmt: skip
 
 
 @kernel

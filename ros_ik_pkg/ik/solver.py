@@ -8,19 +8,27 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
+from typing import Any
 
 import numpy as np
 
+from ros_ik_pkg.ik.chain import MAX_VARIABLES
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.options import SolveOptions
-from ros_ik_pkg.ik.reach import make_reach
-from ros_ik_pkg.ik.records import Geometry, make_recorder
-from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.ik.records import TRACE_WIDTH
+from ros_ik_pkg.ik.robot import Arm, load_arm
 from ros_ik_pkg.ik.solution import Solution, Status, Trace
-from ros_ik_pkg.ik.solve_range import FIGURES, Figure, solve_range
-from ros_ik_pkg.ik.starts import make_starts
+from ros_ik_pkg.ik.solve_range import (
+    ATTEMPTS,
+    FIGURES,
+    JOINT_DISTANCE,
+    ORIENTATION_ERROR,
+    POSITION_ERROR,
+    STATUS,
+    STEPS,
+    TIME,
+    solve_range,
+)
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
 MOST_ANSWERS = 64  # that choice='all' returns
@@ -28,16 +36,8 @@ DEFAULT_OPTIONS = SolveOptions()
 STATUSES = tuple(Status)
 
 
-class _Prepared(NamedTuple):
-    """What the compiled code needs of an arm, computed once."""
-
-    starts: tuple[Any, ...]
-    reach: tuple[Any, ...]
-    silent: tuple[np.ndarray, ...]  # a recorder that records nothing
-    ones: np.ndarray  # (n,)
-
-
-_prepared: WeakKeyDictionary[Arm, _Prepared] = WeakKeyDictionary()
+FLOAT = np.dtype(np.float64)
+NOTHING = np.empty((0, 0))
 
 
 def solve(
@@ -75,37 +75,27 @@ def solve(
 
     """
     options = options or DEFAULT_OPTIONS
-    prepared = _prepared.get(arm) or _prepare(arm)
     n = arm.n
-    start = _row(arm.home if seed is None else seed, n, 'seed')
-    origin = start if reference is None else _row(reference, n, 'reference')
-    goal = _pose(target)
-    many = MOST_ANSWERS if options.choice == 'all' else 1
-    recorder = tuple(make_recorder(TRACE_CAPACITY, n)) if trace else prepared.silent
-    q, figures, answers = np.empty((1, n)), np.empty((1, FIGURES)), np.empty((many, n))
-    solve_range(
-        arm.geometry, prepared.starts, prepared.reach, options.numbers, options.row_weights,
-        _joint_weights(options, prepared), goal, start, origin, 0, 1, q, figures, answers, recorder,
+    goal = _items(target if isinstance(target, np.ndarray) else _matrix(target), 'target', (4, 4))
+    start = _items(arm.home if seed is None else seed, 'seed', (n,))
+    origin = start if reference is None else _items(reference, 'reference', (n,))
+    answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
+    rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
+    out = np.empty((1, n + FIGURES))
+    count = solve_range(
+        arm.packed, len(arm.prismatic), arm.starts, options.numbers, _joint_weights(options, n), goal, start, origin,
+        0, 1, out, answers, rows,
     )  # fmt: skip
-    row = figures[0].tolist()
-    if row[Figure.STATUS] < 0.0:
+    row = out[0]
+    status, found, steps, attempts, position, orientation, distance, sigma_min, mask, clipped, seconds = row[n:].tolist()
+    if status < 0.0:
         raise _argument_error(target, seed, reference)
-    found = int(row[Figure.FOUND])
     return Solution(
-        q[0],
-        STATUSES[int(row[Figure.STATUS])],
-        row[Figure.POSITION_ERROR],
-        row[Figure.ORIENTATION_ERROR],
-        int(row[Figure.STEPS]),
-        int(row[Figure.ATTEMPTS]),
-        row[Figure.JOINT_DISTANCE],
-        row[Figure.SIGMA_MIN],
-        int(row[Figure.LIMITS_MASK]),
-        row[Figure.SEED_CLIPPED] > 0.0,
-        row[Figure.TIME],
-        answers[:found],
-        _trace(recorder) if trace else None,
-    )
+        row[:n], STATUSES[int(status)], position, orientation, int(steps), int(attempts), distance, sigma_min,
+        int(mask), clipped > 0.0, seconds,
+        answers[: int(found)] if options.choice == 'all' else None,
+        _trace(rows, count, n) if trace else None,
+    )  # fmt: skip
 
 
 @dataclass(slots=True)
@@ -155,19 +145,15 @@ def solve_batch(
 
     """
     options = options or DEFAULT_OPTIONS
-    prepared = _prepared.get(arm) or _prepare(arm)
     goals = _array(targets, 'targets', (4, 4))
     count = len(goals)
     starts = _rows(arm.home if seeds is None else seeds, count, arm.n, 'seeds')
     origins = starts if references is None else _rows(references, count, arm.n, 'references')
-    q, figures = np.empty((count, arm.n)), np.empty((count, FIGURES))
-    weights = _joint_weights(options, prepared)
+    out = np.empty((count, arm.n + FIGURES))
+    shared = arm.packed, len(arm.prismatic), arm.starts, options.numbers, _joint_weights(options, arm.n)
 
     def run(chunk: range) -> int:
-        solve_range(
-            arm.geometry, prepared.starts, prepared.reach, options.numbers, options.row_weights, weights, goals,
-            starts, origins, chunk.start, chunk.stop, q, figures, np.empty((1, arm.n)), prepared.silent,
-        )  # fmt: skip
+        solve_range(*shared, goals, starts, origins, chunk.start, chunk.stop, out, NOTHING, NOTHING)
         return len(chunk)
 
     threads = workers or len(os.sched_getaffinity(0))
@@ -175,14 +161,15 @@ def solve_batch(
         for done in pool.map(run, _chunks(count, threads)):
             if progress is not None:
                 progress(done)
-    bad = np.flatnonzero(figures[:, Figure.STATUS] < 0.0)
+    figures = out[:, arm.n :].T
+    bad = np.flatnonzero(figures[STATUS] < 0.0)
     if len(bad):
         k = int(bad[0])
         raise ArgumentError(f'row {k}: {_argument_error(goals[k], starts[k], origins[k])}')
-    whole = figures.astype(np.int64)
+    status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
-        q, whole[:, Figure.STATUS], figures[:, Figure.POSITION_ERROR], figures[:, Figure.ORIENTATION_ERROR],
-        whole[:, Figure.STEPS], whole[:, Figure.ATTEMPTS], figures[:, Figure.JOINT_DISTANCE], figures[:, Figure.TIME],
+        out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,
+        figures[JOINT_DISTANCE], figures[TIME],
     )  # fmt: skip
 
 
@@ -198,8 +185,6 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     notice.daemon = True
     notice.start()
     try:
-        from ros_ik_pkg.ik.robot import load_arm
-
         arm = load_arm('planar3r')
         solve(arm, arm.forward(arm.home), arm.home)
         arm.jacobian(arm.home)
@@ -208,39 +193,30 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     return time.monotonic() - began
 
 
-def _prepare(arm: Arm) -> _Prepared:
-    """Compute and remember what belongs to an arm."""
-    prepared = _Prepared(
-        tuple(make_starts(arm.geometry)),
-        tuple(make_reach(Geometry(*arm.geometry))),
-        tuple(make_recorder(0, arm.n)),
-        np.ones(arm.n),
-    )
-    _prepared[arm] = prepared
-    return prepared
+_ONES = [np.ones(n) for n in range(MAX_VARIABLES + 1)]
 
 
-def _joint_weights(options: SolveOptions, prepared: _Prepared) -> np.ndarray:
+def _joint_weights(options: SolveOptions, n: int) -> np.ndarray:
     """Return (n,) weights of the joint-space distance."""
     if not options.joint_weights:
-        return prepared.ones
-    if len(options.joint_weights) != len(prepared.ones):
-        raise ArgumentError(
-            f'joint_weights has {len(options.joint_weights)} numbers; expected {len(prepared.ones)}, one for each joint'
-        )
+        return _ONES[n]
+    if len(options.joint_weights) != n:
+        raise ArgumentError(f'joint_weights has {len(options.joint_weights)} numbers; expected {n}, one for each joint')
     return np.array(options.joint_weights)
 
 
-def _pose(target: Any) -> np.ndarray:
-    """Return a target as a (1, 4, 4) array."""
-    if not isinstance(target, np.ndarray):
-        target = getattr(target, 'homogeneous', target)  # pinocchio.SE3
-    return _array([target] if not isinstance(target, np.ndarray) else target[None], 'target', (4, 4))
+def _matrix(target: Any) -> Any:
+    """Return the homogeneous matrix of a pinocchio.SE3, anything else as it is."""
+    return getattr(target, 'homogeneous', target)
 
 
-def _row(values: Any, n: int, name: str) -> np.ndarray:
-    """Return one configuration as a (1, n) array."""
-    return _array(np.asarray(values)[None], name, (n,))
+def _items(value: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Return one item as an array of one item, (1, *shape)."""
+    if type(value) is np.ndarray and value.shape == shape and value.dtype == FLOAT:
+        flags = value.flags
+        if flags.c_contiguous and flags.writeable:
+            return value.reshape(1, *shape)
+    return _array([value], name, shape)
 
 
 def _rows(values: Any, count: int, n: int, name: str) -> np.ndarray:
@@ -281,8 +257,9 @@ def _chunks(count: int, threads: int) -> Iterator[range]:
     return (range(k, min(k + size, count)) for k in range(0, count, size))
 
 
-def _trace(recorder: tuple[np.ndarray, ...]) -> Trace:
-    """Copy the rows that were written."""
-    rows, q, p, count = recorder[:4]
-    k = min(int(count[0]), len(rows))
-    return Trace(rows[:k].copy(), q[:k].copy(), p[:k].copy(), truncated=int(count[0]) > len(rows))
+def _trace(rows: np.ndarray, count: int, n: int) -> Trace:
+    """Cut the rows that were written into their parts."""
+    used = rows[:count].copy()
+    return Trace(
+        used[:, :TRACE_WIDTH], used[:, TRACE_WIDTH : TRACE_WIDTH + n], used[:, TRACE_WIDTH + n :], count > len(rows)
+    )

@@ -8,27 +8,24 @@ start whose pose is nearest the target holds four to nine times of ten and takes
 from __future__ import annotations
 
 import math
+
 import numpy as np
 
 from ros_ik_pkg.ik.compiled import compiled, kernel
 from ros_ik_pkg.ik.kinematics import walk
-from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.pose_error import quaternion
-from ros_ik_pkg.ik.records import Geometry, Starts
+from ros_ik_pkg.ik.records import unpack_model
 
 COUNT = 1024
 HALF_TURN = math.pi
 
 
-def make_starts(geometry):
-    """Spread COUNT configurations over the joint ranges and compute where they reach."""
-    lower, upper = sampling_range(Geometry(*geometry))
+def make_starts(geometry, model):
+    """Return (n + 7, COUNT) float32: rows of joint positions [rad, m], tip position [m] and quaternion."""
+    lower, upper = sampling_range(geometry)
     q = np.ascontiguousarray(lower + (upper - lower) * r_sequence(COUNT, len(lower)))
-    poses = reach_poses(geometry, q)
-    centre = poses[:, :3].mean(axis=0)
-    spread = max(float(np.sqrt(np.mean(np.sum((poses[:, :3] - centre) ** 2, axis=1)))), 1e-6)
-    single = [np.ascontiguousarray(part.T, dtype=np.float32) for part in (poses[:, :3] / spread, poses[:, 3:])]
-    return Starts(q, *single, spread)
+    poses = reach_poses(model, len(geometry.prismatic), q)
+    return np.ascontiguousarray(np.hstack([q, poses]).T, dtype=np.float32)
 
 
 def r_sequence(count, dimensions):
@@ -61,13 +58,13 @@ def one_turn(lower, upper):
 
 
 @compiled
-def reach_poses(geometry, q):
+def reach_poses(model, joints, q):
     """Return (m, 7): tip position [m] and unit quaternion (w, x, y, z) of each configuration (m, n)."""
-    arm = Geometry(*geometry)
-    axes = np.empty((len(arm.prismatic), 6))
+    geometry, _ = unpack_model(model, joints, q.shape[1])
+    axes = np.empty((joints, 6))
     poses = np.empty((len(q), 7))
     for k in range(len(q)):
-        R, p = walk(arm, q[k], axes)
+        R, p = walk(geometry, q[k], axes)
         w, x, y, z = quaternion(R)
         length = math.sqrt(w * w + x * x + y * y + z * z)
         poses[k, 0], poses[k, 1], poses[k, 2] = p
@@ -76,42 +73,43 @@ def reach_poses(geometry, q):
 
 
 @kernel
-def next_start(starts, task, attempt, work):
+def next_start(starts, task, scale, attempt, work):
     """Write the start of attempt 1, 2, ... to work.q: the nearest that was not used yet."""
-    m = len(starts.q)
+    m = starts.shape[1]
     if attempt == 1:
-        score_starts(starts, task, work.scores)
+        score_starts(starts, task, scale, work.scores)
     if attempt <= m:
         best = 0
         for k in range(1, m):
             if work.scores[k] < work.scores[best]:
                 best = k
         work.scores[best] = np.inf
-        assign(work.q, starts.q[best])
-    else:
-        for i in range(len(work.q)):  # all used: new combinations of their coordinates
-            work.q[i] = starts.q[(attempt * (2 * i + 1) + i * (attempt // m)) % m, i]
+        for i in range(len(work.q)):
+            work.q[i] = starts[i, best]
+    else:  # all used: new combinations of their coordinates
+        for i in range(len(work.q)):
+            work.q[i] = starts[i, (attempt * (2 * i + 1) + i * (attempt // m)) % m]
 
 
 @kernel
-def score_starts(starts, task, scores):
-    """Write how far each start is from the target: 4 |dp|^2 / spread^2 + 2 (1 - |<quaternions>|), rows of weight 0
+def score_starts(starts, task, scale, scores):
+    """Write how far each start is from the target: 4 |dp|^2 / scale^2 + 2 (1 - |<quaternions>|), rows of weight 0
     left out. Single precision and no branches, so that eight starts are scored at once."""
+    first = starts.shape[0] - 7
     w, x, y, z = quaternion(task.R)
     length = math.sqrt(w * w + x * x + y * y + z * z)
     qw, qx, qy, qz = np.float32(w / length), np.float32(x / length), np.float32(y / length), np.float32(z / length)
-    px, py, pz = (
-        np.float32(task.p[0] / starts.spread),
-        np.float32(task.p[1] / starts.spread),
-        np.float32(task.p[2] / starts.spread),
-    )
-    weights = task.weights
-    wx, wy, wz = np.float32(4 * (weights[0] > 0)), np.float32(4 * (weights[1] > 0)), np.float32(4 * (weights[2] > 0))
-    wr = np.float32(2 * (weights[3] > 0 and weights[4] > 0 and weights[5] > 0))
-    positions, quaternions, one = starts.positions, starts.quaternions, np.float32(1)
+    px, py, pz = np.float32(task.p[0]), np.float32(task.p[1]), np.float32(task.p[2])
+    weights, per_metre = task.weights, 4.0 / (scale * scale)
+    wx = np.float32(per_metre * (weights[0] > 0.0))
+    wy = np.float32(per_metre * (weights[1] > 0.0))
+    wz = np.float32(per_metre * (weights[2] > 0.0))
+    turned = weights[3] > 0.0 and weights[4] > 0.0 and weights[5] > 0.0
+    wr, one = np.float32(2.0 * turned), np.float32(1.0)
     for k in range(len(scores)):
-        dx, dy, dz = positions[0, k] - px, positions[1, k] - py, positions[2, k] - pz
+        dx, dy, dz = starts[first, k] - px, starts[first + 1, k] - py, starts[first + 2, k] - pz
         dot = (
-            quaternions[0, k] * qw + quaternions[1, k] * qx + quaternions[2, k] * qy + quaternions[3, k] * qz
-        )
+            starts[first + 3, k] * qw + starts[first + 4, k] * qx
+            + starts[first + 5, k] * qy + starts[first + 6, k] * qz
+        )  # fmt: skip
         scores[k] = wx * dx * dx + wy * dy * dy + wz * dz * dz + wr * (one - abs(dot))
