@@ -13,7 +13,8 @@ from ros_ik_pkg.ik.robot import Arm
 from ros_ik_pkg.tools.client import Reply
 
 BARS = '▁▂▃▄▅▆▇█'
-CURVE_WIDTH = 20
+CURVE_WIDTH = 24
+ITERATION_COLUMNS = ('iteration', 'position_error', 'orientation_error', 'step_norm', 'damping', 'sigma_min')
 ROUNDING = 1.001  # the tolerances are checked in another arithmetic than the solver's
 
 
@@ -29,20 +30,37 @@ class Check:
     @staticmethod
     def heading() -> str:
         """Names of the columns."""
-        return (
-            f'{"method":12}  {"target":>6}  {"iterations":>10}  {"first error":>11}  {"last error":>10}'
-            f'  {"error |e|, log":{CURVE_WIDTH}}  answer'
-        )
+        errors = 'first |e|', 'last |e|', 'log |e|'
+        return columns('method', 'target', 'attempts', 'iterations', *errors, 'answer')
 
     def line(self) -> str:
         """Write one line of the table."""
         errors = [float(row['error_norm']) for row in self.reply.iterations]
-        answer = f'WRONG: {self.fault}' if self.fault else self.reply.message
+        figures = self.reply.figures
         first, last = (f'{errors[0]:.1e}', f'{errors[-1]:.1e}') if errors else ('', '')
-        return (
-            f'{self.method:12}  {self.number:6d}  {self.reply.figures.get("iterations", ""):>10}  {first:>11}'
-            f'  {last:>10}  {curve(errors):{CURVE_WIDTH}}  {answer}'
-        )
+        counts = figures.get('attempts', ''), figures.get('iterations', '')
+        return columns(self.method, str(self.number), *counts, first, last, curve(errors), self._answer())
+
+    def _answer(self) -> str:
+        if self.fault:
+            return f'WRONG: {self.fault}'
+        if self.reply.solved:
+            return 'solved'
+        return f'{self.reply.figures["status"]}, {float(self.reply.figures["position_error"]):.1f} m off'
+
+    def iterations(self) -> str:
+        """Write a table of every iteration, its figures as the node gave them."""
+        lines = [' '.join(f'{name:>17}' for name in ITERATION_COLUMNS)]
+        for row in self.reply.iterations:
+            lines.append(' '.join(f'{float(row[name]):17.4g}' for name in ITERATION_COLUMNS))
+        return '\n'.join(lines)
+
+
+def columns(*cells: str) -> str:
+    """Lay out one line: the method to the left, figures to the right."""
+    method, target, attempts, iterations, first, last, drawing, answer = cells
+    figures = f'{target:>6}  {attempts:>8}  {iterations:>10}  {first:>9}  {last:>8}'
+    return f'{method:12}  {figures}  {drawing:{CURVE_WIDTH}}  {answer}'
 
 
 def judge_reachable(arm: Arm, method: str, number: int, target: np.ndarray, reply: Reply) -> Check:

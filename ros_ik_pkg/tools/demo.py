@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ros_ik_pkg.ik import METHODS, IkError, load_arm
+from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm
 from ros_ik_pkg.ik.robot import Arm
 from ros_ik_pkg.tools.check import Check, judge_reachable, judge_unreachable
 from ros_ik_pkg.tools.client import IkClient, NodeError, ros_node
@@ -20,7 +20,8 @@ from ros_ik_pkg.tools.domain import own_domain
 from ros_ik_pkg.tools.send_target import pose_message
 
 REACHABLE = 5
-SPREAD = 0.5  # of the way from home towards a random configuration: far enough to see the methods differ
+CANDIDATES = 50  # configurations that the reachable targets are picked from
+SPREAD = 0.4  # of the way from home towards a random configuration: far enough to see the methods differ
 OUT_OF_REACH = 100.0  # m
 START_TIMEOUT = 300.0  # s; the first start on a machine compiles the solver
 REPLY_TIMEOUT = 60.0  # s
@@ -105,12 +106,16 @@ def reachable_targets(arm: Arm) -> list[np.ndarray]:
     """Return tip poses (4, 4) of configurations within the limits, the same ones on every run."""
     random = np.random.default_rng(2026)
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
-    configurations = arm.home + SPREAD * (random.uniform(lower, upper, (REACHABLE, arm.n)) - arm.home)
-    return [arm.forward(q) for q in configurations]
+    candidates = arm.home + SPREAD * (random.uniform(lower, upper, (CANDIDATES, arm.n)) - arm.home)
+    smallest_singular_value = [np.linalg.svd(arm.jacobian(q), compute_uv=False)[-1] for q in candidates]
+    # Away from singularities, where the transpose method crawls for a million iterations.
+    return [arm.forward(candidates[i]) for i in np.argsort(smallest_singular_value)[-REACHABLE:]]
 
 
 def report(done: list[Check]) -> int:
-    """Print the verdict; return the exit code."""
+    """Print one solve in full and the verdict; return the exit code."""
+    shown = next(check for check in done if check.method == SolveOptions().method)
+    print(f'\nEvery iteration of {shown.method}, target {shown.number}:\n{shown.iterations()}\n')
     wrong = [check for check in done if check.fault]
     for check in wrong:
         print(f'wrong: {check.method}, target {check.number}: {check.fault}')
