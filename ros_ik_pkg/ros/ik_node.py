@@ -1,139 +1,25 @@
-"""The IK node: targets in, solutions and results out."""
+"""The executable `ik_node`: the IK node as a process, until SIGINT or SIGTERM."""
 
 from __future__ import annotations
 
 import sys
-import time
-import traceback
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
-from rclpy.node import Node
-from std_msgs.msg import String
-
-from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer
-from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
-from ros_ik_pkg.ros.health import Health
-from ros_ik_pkg.ros.outputs import Outputs
-from ros_ik_pkg.ros.parameters import Parameters, Settings, warnings_about_unknown
-from ros_ik_pkg.ros.process import run
-from ros_ik_pkg.ros.robot_source import RobotSource, follows_topic
-
-LOG_PERIOD = 1.0  # s between log lines of one kind, however fast targets come
-HEALTH_PERIOD = 1.0  # s, REP 107
-WAITING_LOG_PERIOD = 5.0  # s
-
-
-class IkNode(Node):
-    """Solves each target pose that comes in, with the settings and the joint state of that moment.
-
-    Raises OptionError or ModelError where the parameters at the start are wrong.
-    """
-
-    def __init__(self) -> None:
-        # Undeclared ones are refused by Parameters, by name; rclpy's own refusal does not say which.
-        super().__init__(interface.NODE_NAME, allow_undeclared_parameters=True)
-        self._answering = Answering()
-        self._robot_source = RobotSource()
-        self._health = Health()
-        Parameters(self, self._arm_for, self._take_over)
-        for text in warnings_about_unknown(self):
-            self.get_logger().warning(text)
-        warm_up(report=self.get_logger().info)
-        self._outputs = Outputs(self)
-        self._diagnostics = self.create_publisher(
-            DiagnosticArray, interface.DIAGNOSTICS.name, interface.DIAGNOSTICS.qos
-        )
-        self.create_timer(HEALTH_PERIOD, self._report_health, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        self._subscribe(interface.ROBOT_DESCRIPTION, self._on_robot_description)
-        self._subscribe(interface.JOINT_STATES, self._answering.joint_states.keep)
-        self._subscribe(interface.TARGET_POSE, self._on_target)
-        self.get_logger().info(f'ready: {self._described()}')
-
-    def _subscribe(self, topic: interface.Topic, callback) -> None:
-        self.create_subscription(topic.type, topic.name, callback, topic.qos)
-
-    def _on_target(self, target: PoseStamped) -> None:
-        """Answer one target: the solution leaves first, everything about it after."""
-        started = time.perf_counter()
-        answer = self._answer(target)
-        self._outputs.publish_solution(answer)
-        self._health.count(answer, time.perf_counter() - started)
-        self._outputs.publish_report(answer)
-        if answer.outcome == REFUSED:
-            self.get_logger().warning(f'target refused: {answer.reason}', throttle_duration_sec=LOG_PERIOD)
-        elif answer.outcome != SOLVED:
-            self.get_logger().warning(f'target not solved: {answer.reason}', throttle_duration_sec=LOG_PERIOD)
-
-    def _answer(self, target: PoseStamped) -> Answer:
-        """Answer a target whatever happens: an error that nobody foresaw must not end the node."""
-        try:
-            return self._answering.answer(target, self._outputs.want_trace())
-        except Exception as error:
-            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
-            return self._answering.internal_error(target, error)
-
-    def _arm_for(self, settings: Settings, arm_changes: bool) -> Arm | None:
-        """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
-        arm = self._robot_source.load(settings) if arm_changes else self._answering.arm
-        weights = settings.options.joint_weights
-        if arm is not None and len(weights) not in (0, arm.n):
-            raise OptionError(f'joint_weights has {len(weights)} numbers; {arm.name} has {arm.n} joints')
-        return arm
-
-    def _take_over(self, settings: Settings, arm: Arm | None) -> None:
-        """Use settings and arm that were found good."""
-        arm_changed = self._answering.settings is not None and arm is not self._answering.arm
-        self._answering.take_over(settings, arm)
-        if arm_changed:
-            self.get_logger().info(self._described())
-
-    def _on_robot_description(self, message: String) -> None:
-        """Load the arm of the topic where the parameters name none; a malformed one leaves the old arm."""
-        if message.data == self._robot_source.topic_text:
-            return
-        self._robot_source.topic_text = message.data
-        settings = self._answering.settings
-        if not follows_topic(settings):
-            return
-        try:
-            self._take_over(settings, self._arm_for(settings, arm_changes=True))
-        except IkError as error:
-            kept = f'keeping {self._answering.arm.name}' if self._answering.arm else 'still without a robot'
-            self.get_logger().error(f'{error}; {kept}', throttle_duration_sec=LOG_PERIOD)
-
-    def _report_health(self) -> None:
-        """Publish /diagnostics once a second, and say what the node waits for."""
-        arm = self._answering.arm
-        waiting = '' if arm else AWAITING_ROBOT
-        if waiting:
-            self.get_logger().info(waiting, throttle_duration_sec=WAITING_LOG_PERIOD)
-        name = f'{self.get_fully_qualified_name()}: health'
-        message = DiagnosticArray(
-            status=[self._health.report(name, arm.name if arm else '', waiting, HEALTH_PERIOD)]
-        )
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
-
-    def _described(self) -> str:
-        """Describe the arm and what is done with it, in one line."""
-        arm, method = self._answering.arm, self._answering.settings.options.method
-        if arm is None:
-            return AWAITING_ROBOT
-        target = self.resolve_topic_name(interface.TARGET_POSE.name)
-        return (
-            f'arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.tip_frame}, method {method}, '
-            f'targets on {target}'
-        )
+from ros_ik_pkg.ros.stop_flag import StopFlag
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; return the exit code."""
-    return run(IkNode, interface.NODE_NAME, args)
+    """Run the node and return the exit code: 0 after a signal, 1 if it cannot start, 2 for a bad parameter."""
+    flag = StopFlag()
+    try:
+        # These take a second to import, in which a signal must not end in a traceback.
+        from ros_ik_pkg.ros.node import IkNode
+        from ros_ik_pkg.ros.process import run
+
+        return run(IkNode, flag, args)
+    except (KeyboardInterrupt, Exception):
+        if flag.stopped:  # inside the compiler an interrupt can come out as another error
+            return 0
+        raise
 
 
 if __name__ == '__main__':

@@ -1,13 +1,11 @@
-"""A node as a process: start, spin, stop by signal, and exit codes."""
+"""A node from start to end: init, spin, stop, and exit codes."""
 
 from __future__ import annotations
 
 import gc
-import signal
 import sys
 import traceback
 from collections.abc import Callable
-from types import FrameType
 
 import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
@@ -15,50 +13,34 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from ros_ik_pkg.ik import IkError, OptionError
+from ros_ik_pkg.ros.interface import NODE_NAME
+from ros_ik_pkg.ros.stop_flag import StopFlag
 
 CANNOT_START, BAD_VALUE = 1, 2  # exit codes
 SPIN_PERIOD = 0.1  # s, how often a pending signal is looked for
 LOG_PERIOD = 1.0  # s between tracebacks in the log
 
 
-class StopFlag:
-    """Set by SIGINT and SIGTERM; until the node spins, they interrupt what it does instead."""
-
-    def __init__(self) -> None:
-        self.stopped = False
-        self.spinning = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._stop)
-
-    def _stop(self, _number: int, _frame: FrameType | None) -> None:
-        self.stopped = True
-        if not self.spinning:
-            raise KeyboardInterrupt
-
-
-def run(make_node: Callable[[], Node], name: str, args: list[str] | None) -> int:
-    """Make the node, spin it until a signal comes, and return the exit code."""
-    flag = StopFlag()
+def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -> int:
+    """Make the node, spin it until the flag is set, and return the exit code."""
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # whatever is wrong with the command line or the parameters file
-        return _give_up(name, error, CANNOT_START)
+        return _give_up(error, CANNOT_START)
     try:
         node = make_node()
         flag.spinning = True
         _spin(node, flag)
         node.destroy_node()
-    except KeyboardInterrupt:
-        pass
     except IkError as error:
-        return _give_up(name, error, BAD_VALUE if isinstance(error, OptionError) else CANNOT_START)
+        return _give_up(error, BAD_VALUE if isinstance(error, OptionError) else CANNOT_START)
     finally:
         rclpy.try_shutdown()
     return 0
 
 
-def _give_up(name: str, error: Exception, code: int) -> int:
-    print(f'{name}: cannot start: {error}', file=sys.stderr, flush=True)
+def _give_up(error: Exception, code: int) -> int:
+    print(f'{NODE_NAME}: cannot start: {error}', file=sys.stderr, flush=True)
     return code
 
 
