@@ -1,0 +1,1 @@
+"""Measurements of ros_ik_pkg; `scripts/bench` runs them."""

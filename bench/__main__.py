@@ -1,0 +1,104 @@
+"""Command line of scripts/bench."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+import yaml
+from tqdm import tqdm
+
+from bench.cases import KINDS
+from bench.iteration import ITERATION_HEAD, iteration_rows
+from bench.peers import peer_processes
+from bench.process import ROOT, WorkerFailure, WorkerProcess
+from bench.report import Report
+from bench.solves import BATCH_HEAD, batch_row, run_solves
+from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm, warm_up
+
+ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
+
+
+def main() -> int:
+    """Run what was asked for; return the exit code."""
+    arguments = read_arguments()
+    try:
+        warm_up()
+        if arguments.check:
+            from bench.check import check_answers
+
+            return check_answers(arguments.check)
+        report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
+        measure(arguments, report)
+        report.save(arguments.output)
+    except (IkError, WorkerFailure) as error:
+        print(f'bench: {error}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+def read_arguments() -> argparse.Namespace:
+    """Read the command line; scripts/bench says what its options mean."""
+    parser = argparse.ArgumentParser(prog='bench')
+    parser.add_argument('--robots', nargs='+', default=ROBOTS)
+    parser.add_argument('--count', type=int, default=1000)
+    parser.add_argument('--cases', nargs='+', choices=KINDS, default=KINDS)
+    parser.add_argument('--methods', nargs='+', choices=METHODS, default=METHODS)
+    parser.add_argument('--set', nargs='+', type=_setting, default=[], metavar='NAME=VALUE')
+    for flag in ('--peers', '--iteration', '--ros', '--all'):
+        parser.add_argument(flag, action='store_true')
+    parser.add_argument('--check', type=int, metavar='N')
+    parser.add_argument('--output', type=Path)
+    arguments = parser.parse_args()
+    arguments.set = dict(arguments.set)
+    if arguments.all:
+        arguments.peers = arguments.iteration = arguments.ros = True
+    if arguments.peers and not arguments.output:
+        arguments.output = ROOT / 'docs' / 'benchmark.md'
+    return arguments
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    name, _, value = text.partition('=')
+    return name, yaml.safe_load(value)
+
+
+def measure(arguments: argparse.Namespace, report: Report) -> None:
+    """Fill the report."""
+    if arguments.peers or not (arguments.iteration or arguments.ros):
+        measure_solves(arguments, report)
+        options = SolveOptions(**arguments.set)
+        rows = [batch_row(load_arm(robot), arguments.count, options) for robot in tqdm(arguments.robots, leave=False)]
+        report.add('Batches', 'solve_batch on reachable poses, best of several runs.', [BATCH_HEAD, *rows])
+    if arguments.iteration:
+        rows = iteration_rows(arguments.robots)
+        report.add('One iteration', 'Compiled, no Python in between, time that the core was busy.', [ITERATION_HEAD, *rows])
+    if arguments.ros:
+        from bench.ros import ROS_HEAD, ros_rows
+
+        report.add('Node', 'From target to answer over DDS.', [ROS_HEAD, *ros_rows(arguments.robots[0])])
+
+
+def measure_solves(arguments: argparse.Namespace, report: Report) -> None:
+    """Run our methods, and the peers where wanted."""
+    with ExitStack() as stack:
+        processes, faults = [WorkerProcess('ours')], {}
+        if arguments.peers:
+            peers, faults = peer_processes()
+            processes += peers
+        for process in processes:
+            stack.enter_context(closing(process))
+        for runs, absent, versions in run_solves(arguments, processes):
+            report.versions |= {name: version for name, version in versions.items() if name != 'ours'}
+            notes = [f'{library}: {reason}' for library, reason in {**faults, **absent}.items()]
+            report.add_runs(runs, notes, SolveOptions().method if arguments.peers else '')
+
+
+if __name__ == '__main__':
+    sys.exit(main())

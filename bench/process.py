@@ -1,0 +1,73 @@
+"""Our end of a worker process."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bench.solver import Model
+from bench.wire import receive, send
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+class WorkerFailure(Exception):
+    """A worker ended or refused; the text says why."""
+
+
+class WorkerProcess:
+    """One library in a process of its own, alive for the whole run."""
+
+    def __init__(self, library: str, python: str = sys.executable) -> None:
+        self.library = library
+        environment = {**os.environ, 'PYTHONPATH': str(ROOT), 'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
+        self._process = subprocess.Popen(
+            [python, '-W', 'ignore', '-m', 'bench.worker', library],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=None if library == 'ours' else subprocess.DEVNULL,
+        )
+        self._reply()
+
+    def load(self, model: Model, options: dict[str, Any]) -> dict[str, Any]:
+        """Load an arm; return {'solvers': names, 'version': text} or {'unsupported': reason}."""
+        return self._ask({'request': 'load', 'model': asdict(model), 'options': options})[0]
+
+    def forward(self, solver: str, q: np.ndarray) -> np.ndarray:
+        """Return the poses (N, 4, 4) of configurations (N, n) by the library's forward kinematics."""
+        return self._ask({'request': 'forward', 'solver': solver}, q)[1][0]
+
+    def solve(self, solver: str, targets: np.ndarray, seeds: np.ndarray, warm: bool) -> tuple[np.ndarray, str]:
+        """Return the rows of `time_calls` and the first exception's text."""
+        header, (rows,) = self._ask({'request': 'solve', 'solver': solver, 'warm': warm}, targets, seeds)
+        return rows, header['error']
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.stdin.close()
+        try:
+            self._process.wait(timeout=5.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+
+    def _ask(self, header: dict[str, Any], *arrays: np.ndarray) -> tuple[dict[str, Any], list[np.ndarray]]:
+        try:
+            send(self._process.stdin, header, *arrays)
+        except BrokenPipeError:
+            pass  # the reply, or its absence, says more
+        return self._reply()
+
+    def _reply(self) -> tuple[dict[str, Any], list[np.ndarray]]:
+        message = receive(self._process.stdout)
+        if message is None:
+            raise WorkerFailure(f'{self.library} ended with exit code {self._process.wait()}')
+        if 'failure' in message[0]:
+            raise WorkerFailure(message[0]['failure'])
+        return message

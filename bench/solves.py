@@ -1,0 +1,70 @@
+"""The main measurement: all solvers on all kinds of poses of all arms."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from argparse import Namespace
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from bench.cases import make_case
+from bench.judge import Judge
+from bench.measure import Entry, Run, check_models, run_case
+from bench.model import make_model
+from bench.process import WorkerProcess
+from bench.solver import Model
+from ros_ik_pkg.ik import Arm, SolveOptions, load_arm, solve_batch
+
+BATCH_REPEATS = 5
+
+
+def run_solves(arguments: Namespace, processes: list[WorkerProcess]) -> Iterator[tuple[list[Run], dict[str, str], dict[str, str]]]:
+    """Yield, arm by arm, the runs, what does not take part and why, and the versions of the libraries."""
+    with tempfile.TemporaryDirectory() as folder:
+        for source in arguments.robots:
+            arm = load_arm(source)
+            judge = Judge(arm)
+            entries, absent, versions = load_all(processes, make_model(arm, source, Path(folder)), arguments)
+            check_models(judge, entries)
+            runs = []
+            for kind in arguments.cases:
+                case = make_case(arm, kind, arguments.count)
+                if not len(case):
+                    continue
+                with tqdm(total=len(case) * len(entries), desc=f'{arm.name} {kind}', leave=False) as bar:
+                    runs += run_case(judge, case, entries, bar.update)
+            yield runs, absent, versions
+
+
+def load_all(processes: list[WorkerProcess], model: Model, arguments: Namespace) -> tuple[list[Entry], dict[str, str], dict[str, str]]:
+    """Load an arm in every process; return the solvers that take it, and of the others why not."""
+    entries, absent, versions = [], {}, {}
+    for process in processes:
+        reply = process.load(model, arguments.set if process.library == 'ours' else {})
+        if 'unsupported' in reply:
+            absent[process.library] = reply['unsupported']
+            continue
+        versions[process.library] = reply['version']
+        names = [name for name in reply['solvers'] if process.library != 'ours' or name in arguments.methods]
+        entries += [Entry(name, process, name) for name in names]
+    return entries, absent, versions
+
+
+def batch_row(arm: Arm, count: int, options: SolveOptions) -> list[str]:
+    """Measure solve_batch on one worker and on two, in turns; return a row of BATCH_HEAD."""
+    case = make_case(arm, 'reachable', count)
+    best = {1: np.inf, 2: np.inf}
+    for _ in range(BATCH_REPEATS):
+        for workers in best:
+            began = time.perf_counter()
+            solve_batch(arm, case.targets, case.seeds, options, workers=workers)
+            best[workers] = min(best[workers], time.perf_counter() - began)
+    one, two = (1e6 * seconds / len(case) for seconds in best.values())
+    return [arm.name, str(len(case)), f'{one:.1f}', f'{two:.1f}', f'{one / two:.2f}']
+
+
+BATCH_HEAD = ['arm', 'poses', 'us per pose, 1 worker', 'us per pose, 2 workers', 'ratio']
