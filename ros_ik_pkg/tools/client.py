@@ -12,7 +12,6 @@ import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
-from rcl_interfaces.msg import ParameterType
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -116,9 +115,8 @@ class IkClient:
         return parameter_value_to_python(self._call(self._parameters.get_parameters([name])).values[0])
 
     def parameter_type(self, name: str) -> int:
-        """Return the type of a parameter, one of rcl_interfaces ParameterType; NOT_SET for an unknown one."""
-        types = self._call(self._parameters.get_parameter_types([name])).types
-        return types[0] if types else ParameterType.PARAMETER_NOT_SET
+        """Return the type of a parameter that the node has, one of rcl_interfaces ParameterType."""
+        return self._call(self._parameters.get_parameter_types([name])).types[0]
 
     def parameter_names(self) -> Sequence[str]:
         """Return the names of all parameters of the node."""

@@ -41,11 +41,10 @@ def main() -> int:
 
 def set_from_text(client: IkClient, name: str, text: str) -> None:
     """Set a parameter to what the text means for its type; raises NodeError with the reason of a refusal."""
-    kind = client.parameter_type(name)
-    if kind == ParameterType.PARAMETER_NOT_SET:
-        known = ', '.join(client.parameter_names())
-        raise NodeError(f'{client.name} has no parameter {name!r}; it has {known}')
-    client.set_parameters({name: read(text, kind)})
+    names = client.parameter_names()
+    if name not in names:
+        raise NodeError(f'{client.name} has no parameter {name!r}; it has {", ".join(names)}')
+    client.set_parameters({name: read(text, client.parameter_type(name))})
 
 
 def read(text: str, kind: int) -> Any:

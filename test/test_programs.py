@@ -1,0 +1,113 @@
+"""The programs behind the scripts, each a process of its own, over DDS."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ros_ik_pkg.ik import METHODS
+from ros_ik_pkg.tools.demo import REACHABLE
+
+ROOT = Path(__file__).resolve().parents[1]
+MADE_BY_THE_SCRIPTS = Path(sys.prefix, 'ros_ik_pkg.stamp').exists()
+START_TIMEOUT = '300'  # s; the first start on a machine compiles
+NEAR_HOME = ['0.5', '0.15', '0.3', '0', '90', '0', '--degrees']
+
+
+def run(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, '-m', f'ros_ik_pkg.tools.{program}', *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+
+
+@pytest.fixture(scope='module')
+def node() -> Iterator[subprocess.Popen[bytes]]:
+    """The node as scripts/run starts it, or its module where this environment is not one of the scripts."""
+    command = [ROOT / 'scripts' / 'run', '--robot=puma560', '--method', 'sdls', '--ros-args', '-p', 'seed_source:=home']
+    if not MADE_BY_THE_SCRIPTS:
+        parameters = ['robot:=puma560', 'method:=sdls', 'seed_source:=home']
+        arguments = [part for parameter in parameters for part in ('-p', parameter)]
+        command = [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args', *arguments]
+    environment = {**os.environ, 'ROS_IK_VENV': sys.prefix}
+    process = subprocess.Popen(command, cwd=ROOT, env=environment)
+    run('send_target', *NEAR_HOME, '--timeout', START_TIMEOUT)
+    yield process
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=10) == 0
+
+
+def test_demo_finds_every_answer_right():
+    done = run('demo')
+    assert done.returncode == 0, done.stdout + done.stderr
+    for method in METHODS:
+        lines = re.findall(rf'^{method} .*$', done.stdout, re.MULTILINE)
+        assert len(lines) == REACHABLE + 1
+        assert sum(line.endswith('solved') for line in lines) == REACHABLE
+        assert 'unreachable' in lines[-1]
+    total = len(METHODS) * (REACHABLE + 1)
+    assert f'{total} of {total} answers right' in done.stdout
+
+
+def test_demo_says_what_is_wrong_with_a_robot():
+    done = run('demo', '--robot', 'robby')
+    assert done.returncode == 1
+    assert 'robby' in done.stderr
+    assert 'puma560' in done.stderr
+
+
+def test_send_target_prints_result_and_joint_positions(node):
+    done = run('send_target', *NEAR_HOME)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert 'method: sdls' in done.stdout
+    assert re.search(r'^  joint6: -?\d\.\d{9}$', done.stdout, re.MULTILINE)
+
+
+def test_send_target_ends_with_2_for_a_target_out_of_reach(node):
+    done = run('send_target', '9', '0', '0', '0', '0', '0')
+    assert done.returncode == 2
+    assert 'status: unreachable' in done.stdout
+
+
+def test_send_target_ends_with_2_and_the_reason_for_an_unknown_frame(node):
+    done = run('send_target', *NEAR_HOME, '--frame', 'moon')
+    assert done.returncode == 2
+    assert 'moon' in done.stdout
+
+
+def test_set_param_sets_for_the_next_target(node):
+    done = run('set_param', 'method', 'dls')
+    assert (done.returncode, done.stdout) == (0, "method = 'dls'\n"), done.stderr
+    assert 'method: dls' in run('send_target', *NEAR_HOME).stdout
+
+
+def test_set_param_takes_a_whole_number_where_a_number_is_meant(node):
+    assert run('set_param', 'deadline', '1').stdout == 'deadline = 1.0\n'
+    weights = run('set_param', 'task_weights', '[1, 1, 1, 1, 1, 0.5]')
+    assert weights.returncode == 0, weights.stderr
+
+
+def test_set_param_gives_the_reason_of_a_refusal(node):
+    done = run('set_param', 'max_iterations', '-1')
+    assert done.returncode == 1
+    assert 'max_iterations' in done.stderr
+    assert '-1' in done.stderr
+
+
+def test_set_param_lists_the_parameters_for_an_unknown_one(node):
+    done = run('set_param', 'metod', 'dls')
+    assert done.returncode == 1
+    assert 'metod' in done.stderr
+    assert 'dls.damping' in done.stderr
+
+
+def test_without_a_node_the_programs_say_how_to_start_one():
+    done = run('send_target', *NEAR_HOME, '--node', '/nobody', '--timeout', '1')
+    assert done.returncode == 1
+    assert 'no node /nobody' in done.stderr
+    assert 'scripts/run' in done.stderr
