@@ -1,0 +1,6 @@
+"""The methods side by side on one target: figures, words, tables, plots; without ROS."""
+
+from ros_ik_pkg.compare.runs import MethodRun, compare_methods
+from ros_ik_pkg.compare.words import describe, describe_run
+
+__all__ = ['MethodRun', 'compare_methods', 'describe', 'describe_run']

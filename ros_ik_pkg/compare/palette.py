@@ -1,0 +1,19 @@
+"""One colour for each method, everywhere: those of Okabe and Ito, which the colour-blind tell apart."""
+
+from __future__ import annotations
+
+COLOURS = {
+    'transpose': '#e69f00',
+    'pinv': '#cc79a7',
+    'dls': '#0072b2',
+    'adaptive_dls': '#009e73',
+    'sdls': '#56b4e9',
+}
+TARGET = '#d7261e'
+GOOD, BAD = '#2e9e5b', '#d7261e'
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return red, green and blue (0 to 255) of '#rrggbb'."""
+    red, green, blue = bytes.fromhex(colour.removeprefix('#'))
+    return red, green, blue

@@ -1,0 +1,119 @@
+"""The picture of a comparison: how the errors fall, which way the tip goes, how each joint moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ros_ik_pkg.compare.iteration_axis import place, ticks
+from ros_ik_pkg.compare.palette import COLOURS, TARGET
+from ros_ik_pkg.compare.problem import Problem, is_rotary
+from ros_ik_pkg.compare.runs import MethodRun
+from ros_ik_pkg.compare.words import describe
+
+FLOOR = 1e-8  # m, rad; the bottom of the error plots
+INK, FAINT = '#24292f', '#d7dce1'
+STYLE = {
+    'font.family': 'sans-serif', 'font.size': 10, 'text.color': INK, 'axes.labelcolor': INK,
+    'axes.edgecolor': '#8b949e', 'axes.spines.top': False, 'axes.spines.right': False, 'axes.titlesize': 11,
+    'axes.titleweight': 'bold', 'axes.titlelocation': 'left', 'axes.grid': True, 'grid.color': FAINT,
+    'grid.linewidth': 0.7, 'xtick.color': INK, 'ytick.color': INK, 'lines.solid_capstyle': 'round',
+}  # fmt: skip
+# Beside the colours, so that print without colour can be read too.
+DASHES = {
+    'transpose': '-', 'pinv': (0, (5, 1.5)), 'dls': (0, (1, 1)), 'adaptive_dls': '-', 'sdls': (0, (6, 1.5, 1, 1.5)),
+}  # fmt: skip
+WIDTHS = {'adaptive_dls': 3.0}
+
+
+def save_picture(path: Path, problem: Problem, runs: Sequence[MethodRun]) -> None:
+    """Write the picture in the format of the file's suffix; raises ValueError for one that matplotlib cannot write."""
+    with matplotlib.rc_context(STYLE):
+        draw(problem, runs).savefig(path, dpi=130, facecolor='white')
+
+
+def draw(problem: Problem, runs: Sequence[MethodRun]) -> Figure:
+    """Return the figure."""
+    columns = min(problem.arm.n, 6)
+    rows = -(-problem.arm.n // columns)
+    figure = Figure(figsize=(14.0, 7.0 + 2.0 * rows), layout='constrained')
+    top, bottom = figure.subfigures(2, 1, height_ratios=[6.2, 2.2 * rows])
+    errors, space = top.subfigures(1, 2, width_ratios=[1.15, 1.0])
+    upper, lower = errors.subplots(2, 1, sharex=True)
+    draw_errors(upper, runs, 'position_error', 'distance from the target [m]')
+    draw_errors(lower, runs, 'orientation_error', 'angle from the target [rad]')
+    lower.set_xlabel('iteration')
+    upper.legend(ncols=len(runs), loc='lower center', bbox_to_anchor=(0.5, 1.0), frameon=False, columnspacing=1.4)
+    draw_paths(space, problem, runs)
+    draw_joints(bottom.subplots(rows, columns, squeeze=False, sharex=True), problem, runs)
+    title = f'{problem.arm.name}: one seed, one target, {len(runs)} methods'
+    figure.suptitle(title, x=0.012, ha='left', fontsize=15, fontweight='bold')
+    figure.supxlabel(describe(runs), x=0.012, ha='left', fontsize=10)
+    return figure
+
+
+def _line(run: MethodRun) -> dict[str, object]:
+    """Return how the curve of a run looks, in every plot."""
+    return {
+        'color': COLOURS[run.method], 'linestyle': DASHES[run.method], 'linewidth': WIDTHS.get(run.method, 1.9),
+        'label': run.method,
+    }  # fmt: skip
+
+
+def draw_errors(axes: Axes, runs: Sequence[MethodRun], column: str, label: str) -> None:
+    """Draw one error against the iteration, the last configuration as a dot."""
+    for run in runs:
+        x, y = place(run.trace.column('iteration')), np.maximum(run.trace.column(column), FLOOR)
+        axes.plot(x, y, **_line(run), clip_on=False)
+        axes.plot(x[-1], y[-1], 'o', color=COLOURS[run.method], markersize=7, clip_on=False, zorder=5)
+    axes.set_yscale('log')
+    axes.minorticks_off()
+    axes.set_ylim(FLOOR, max(1.0, *(run.trace.column(column).max() for run in runs)))
+    axes.set_ylabel(label)
+    _iteration_ticks(axes, runs)
+
+
+def _iteration_ticks(axes: Axes, runs: Sequence[MethodRun]) -> None:
+    last = max(run.iterations for run in runs)
+    marks = [tick for tick in ticks(last) if tick <= last]
+    axes.set_xticks(place(marks), [str(mark) for mark in marks])
+    axes.set_xlim(0.0, place(last) * 1.02)
+
+
+def draw_paths(figure: Figure, problem: Problem, runs: Sequence[MethodRun]) -> None:
+    """Draw the way of the tip in space for every method, from the seed to the red target."""
+    axes = figure.add_subplot(projection='3d', computed_zorder=False)
+    for run in runs:
+        axes.plot(*run.trace.tip_positions.T, **_line(run), alpha=0.9)
+    start, target = problem.arm.forward(problem.seed)[:3, 3], problem.target[:3, 3]
+    axes.scatter(*start, color=INK, s=45, depthshade=False, zorder=9)
+    axes.scatter(*target, color=TARGET, s=110, depthshade=False, zorder=10)
+    axes.text(*start, '  seed', color=INK, zorder=11)
+    axes.text(*target, '  target', color=TARGET, fontweight='bold', zorder=11)
+    axes.set_title('Way of the tip', loc='left')
+    axes.set(xlabel='x [m]', ylabel='y [m]', zlabel='z [m]')
+    axes.set_aspect('equal')
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.pane.set(facecolor='#f6f8fa', edgecolor=FAINT)
+        axis.set_major_locator(matplotlib.ticker.MaxNLocator(4))
+
+
+def draw_joints(grid: np.ndarray, problem: Problem, runs: Sequence[MethodRun]) -> None:
+    """Draw every joint against the iteration, in degrees where it turns."""
+    rotary = is_rotary(problem.arm)
+    for i, axes in enumerate(grid.flat):
+        if i >= problem.arm.n:
+            axes.set_visible(False)
+            continue
+        for run in runs:
+            values = run.trace.joint_positions[:, i]
+            axes.plot(place(run.trace.column('iteration')), np.degrees(values) if rotary[i] else values, **_line(run))
+        axes.set_title(f'{problem.arm.joint_names[i]} [{"°" if rotary[i] else "m"}]', fontsize=10, fontweight='normal')
+        _iteration_ticks(axes, runs)
+        axes.locator_params(axis='y', nbins=4)
+        axes.set_xticks(axes.get_xticks()[::2])

@@ -1,0 +1,84 @@
+"""Every method on one target: one descent each, from the same seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ros_ik_pkg.ik import METHODS, Arm, SolveOptions, Status, Trace, solve
+
+
+@dataclass(frozen=True)
+class MethodRun:
+    """What one method made of a target.
+
+    position_error [m], orientation_error [rad]: of the last configuration.
+    time: seconds of a solve that keeps no trace, the time that a user waits.
+    sigma_min: smallest singular value of the Jacobian that was met on the way.
+    trace: every iterate, None where only the figures are known.
+    """
+
+    method: str
+    status: Status
+    iterations: int
+    position_error: float
+    orientation_error: float
+    time: float
+    sigma_min: float
+    trace: Trace | None = None
+
+
+def compare_methods(
+    arm: Arm,
+    target: np.ndarray,
+    seed: np.ndarray,
+    methods: Sequence[str] = METHODS,
+    options: SolveOptions | None = None,
+) -> list[MethodRun]:
+    """Run each method once from the seed.
+
+    Parameters
+    ----------
+    arm : Arm
+    target : (4, 4) array
+        Pose of the tip frame in the base frame [m].
+    seed : (n,) array
+        Where every method starts [rad, m].
+    methods : sequence of str
+        Names of METHODS, in the order of the runs.
+    options : SolveOptions, optional
+        Tolerances, damping and the rest; a single descent without a deadline is made of them, so that
+        the iterations alone bound a run.
+
+    Raises
+    ------
+    ArgumentError
+        As `solve`.
+    OptionError
+        Where a method is unknown.
+
+    """
+    options = options or SolveOptions()
+    return [_run(arm, target, seed, single_descent(options, method)) for method in methods]
+
+
+def single_descent(options: SolveOptions, method: str) -> SolveOptions:
+    """Return the options of one descent with a method: no restarts, no deadline, no choice among answers."""
+    return replace(options, method=method, max_attempts=1, deadline=0.0, choice='first', max_joint_jump=0.0)
+
+
+def _run(arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions) -> MethodRun:
+    traced = solve(arm, target, seed, options, trace=True)
+    timed = solve(arm, target, seed, options)
+    return MethodRun(
+        method=options.method,
+        status=traced.status,
+        iterations=traced.iterations,
+        position_error=traced.position_error,
+        orientation_error=traced.orientation_error,
+        time=timed.solve_time,
+        sigma_min=float(np.nanmin(traced.trace.column('sigma_min'))),
+        trace=traced.trace,
+    )

@@ -1,0 +1,64 @@
+"""What happened, in words: one sentence about a comparison."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ros_ik_pkg.compare.runs import MethodRun
+from ros_ik_pkg.ik import Status
+
+SINGULAR = 1e-2  # a smaller singular value of the Jacobian is worth telling
+ROUNDING = 5e-7  # m; less is no distance to speak of
+
+
+def describe(runs: Sequence[MethodRun]) -> str:
+    """Say which methods failed and how, then which converged, the quickest first."""
+    failed = [describe_run(run) for run in runs if run.status is not Status.CONVERGED]
+    converged = sorted((run for run in runs if run.status is Status.CONVERGED), key=lambda run: run.iterations)
+    if converged:
+        failed.append(f'{_names([f"{run.method} in {run.iterations}" for run in converged])} converged')
+    return '; '.join(failed)
+
+
+def describe_run(run: MethodRun) -> str:
+    """Say how one method ended, such as 'pinv diverged at iteration 7: smallest singular value 2e-4'."""
+    texts = {
+        Status.CONVERGED: f'converged in {run.iterations} iterations',
+        Status.MAX_ITERATIONS: f'ran out of its {run.iterations} iterations {_off(run)}',
+        Status.STALLED: f'stalled at iteration {run.iterations} {_off(run)}',
+        Status.OSCILLATING: f'oscillates {_off(run)}',
+        Status.DIVERGED: f'diverged {_when(run)}: smallest singular value {run.sigma_min:.1g}',
+        Status.NOT_FINITE: f'found no finite step {_when(run)}: smallest singular value {run.sigma_min:.1g}',
+    }
+    return f'{run.method} {texts.get(run.status, run.status.text)}'
+
+
+def _when(run: MethodRun) -> str:
+    return f'at iteration {run.iterations}' if run.iterations else 'at its first step'
+
+
+def _off(run: MethodRun) -> str:
+    """Say how far the tip is from the target: the distance, and the angle where there is no distance."""
+    if run.position_error > ROUNDING:
+        return f'{length(run.position_error)} from the target'
+    return f'{angle(run.orientation_error)} from the target'
+
+
+def length(metres: float) -> str:
+    """Write a length in the unit that suits it."""
+    for factor, unit in ((1.0, 'm'), (1e3, 'mm')):
+        if metres * factor >= 0.995:
+            return f'{metres * factor:.3g} {unit}'
+    return f'{metres * 1e6:.3g} µm'
+
+
+def angle(radians: float) -> str:
+    """Write an angle in degrees, or in milliradians where it is small."""
+    degrees = math.degrees(radians)
+    return f'{degrees:.3g}°' if degrees >= 0.1 else f'{radians * 1e3:.2g} mrad'
+
+
+def _names(items: Sequence[str]) -> str:
+    """Join as in a sentence."""
+    return items[0] if len(items) == 1 else f'{", ".join(items[:-1])} and {items[-1]}'
