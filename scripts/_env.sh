@@ -11,7 +11,7 @@
 #   ROS_IK_PINS     releases to hold, such as 'numpy==1.26.4 pin==2.7.0'
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-venv=${ROS_IK_VENV:-$root/.venv}
+venv=$(realpath -m "${ROS_IK_VENV:-$root/.venv}")
 stamp=$venv/ros_ik_pkg.stamp
 
 say() { printf 'ros_ik_pkg: %s\n' "$*" >&2; }

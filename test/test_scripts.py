@@ -181,7 +181,7 @@ def test_an_interpreter_that_does_not_run_is_passed_over(setup):
 def test_without_a_fitting_python_the_message_says_what_to_do(setup):
     tools = setup.folder / 'tools'
     tools.mkdir()
-    for name in ('bash', 'dirname', 'cksum', 'grep', 'flock', 'mkdir', 'env'):
+    for name in ('bash', 'dirname', 'realpath', 'cksum', 'grep', 'flock', 'mkdir', 'env'):
         (tools / name).symlink_to(shutil.which(name))
     done = setup.run('ros', ROS_IK_PYTHON='', PATH=str(tools))
     assert done.returncode == 1
