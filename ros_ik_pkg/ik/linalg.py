@@ -12,7 +12,8 @@ from ros_ik_pkg.ik.compiled import kernel
 
 ROWS = 6
 MAX_SWEEPS = 30
-ORTHOGONAL = 1e-14
+ORTHOGONAL = 1e-13  # cosine between two rows
+NOTHING = 1e-31  # square of a row over the square of all
 
 
 @kernel
@@ -77,8 +78,12 @@ def svd(columns, U, W, sigma):
             W[r, i] = columns[i, r]
         for c in range(ROWS):
             U[r, c] = 1.0 if r == c else 0.0
+    total = 0.0
+    for r in range(ROWS):
+        for i in range(n):
+            total += W[r, i] * W[r, i]
     for _ in range(MAX_SWEEPS):
-        if not _sweep(n, U, W):
+        if not _sweep(n, NOTHING * total, U, W):
             break
     for r in range(ROWS):
         square = 0.0
@@ -89,8 +94,11 @@ def svd(columns, U, W, sigma):
 
 
 @kernel
-def _sweep(n, U, W):
-    """Make every pair of rows of W orthogonal once; return whether any was turned."""
+def _sweep(n, nothing, U, W):
+    """Make every pair of rows of W orthogonal once; return whether any was turned.
+
+    Rows whose square is below `nothing` are rounding: they would be turned for ever.
+    """
     turned = False
     for a in range(ROWS - 1):
         for b in range(a + 1, ROWS):
@@ -100,7 +108,7 @@ def _sweep(n, U, W):
                 aa += x * x
                 bb += y * y
                 ab += x * y
-            if not ab * ab > ORTHOGONAL * ORTHOGONAL * aa * bb:
+            if aa <= nothing or bb <= nothing or not ab * ab > ORTHOGONAL * ORTHOGONAL * aa * bb:
                 continue
             turned = True
             zeta = (bb - aa) / (2.0 * ab)

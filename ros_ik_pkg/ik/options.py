@@ -107,7 +107,10 @@ class SolveOptions:
     )
     max_iterations: int = option(100, 'steps of one attempt at most', minimum=0, maximum=100000)
     max_attempts: int = option(
-        1000, 'descents at most: the first from the seed, the others from well-spread starts', minimum=1, maximum=1000000
+        500,
+        'descents at most: the first from the seed, the others from well-spread starts',
+        minimum=1,
+        maximum=1000000,
     )
     deadline: float = option(
         0.05, 'time for one solve, 0 for none; checked inside the loop', unit='s', minimum=0.0, maximum=3600.0
@@ -127,7 +130,7 @@ class SolveOptions:
         maximum=10.0,
     )
     dls_damping: float = option(
-        0.05, 'dls: constant damping lambda', ros_name='dls.damping', minimum=0.0, maximum=100.0
+        0.01, 'dls: constant damping lambda', ros_name='dls.damping', minimum=0.0, maximum=100.0
     )
     adaptive_dls_damping: float = option(
         1e-3, 'adaptive_dls: smallest damping lambda_0', ros_name='adaptive_dls.damping', minimum=0.0, maximum=100.0

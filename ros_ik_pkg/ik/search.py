@@ -19,9 +19,11 @@ JOINT_JUMP = int(Status.JOINT_JUMP)
 FIRST, NEAREST, ALL = range(3)
 
 # An attempt among many is given up when its error does not fall by a tenth within five steps: starting elsewhere
-# is cheaper (docs/performance.md). A lone one, and the last look at the closest approach, get their chance.
+# is cheaper (docs/performance.md). A lone one, those of a hard target, and the last look at the closest approach
+# get their chance.
 HURRIED = (5, 0.9)
 PATIENT = (20, 0.999)
+HURRIED_ATTEMPTS = 50
 ATTEMPTS_OUT_OF_REACH = 4  # to find the closest approach of a target that is provably out of reach
 ATTEMPTS_WITHOUT_NEWS = 40  # before the nearest answer, or the list of all, counts as complete
 SAME_ANSWER = 1e-2  # rad or m between two answers that count as one
@@ -37,7 +39,7 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     (k, n) and `ranks` (k,) receive the k nearest distinct answers that were found.
     """
     lone = int(tuning.max_attempts) == 1
-    patience, progress = PATIENT if lone or int(tuning.method) == TRANSPOSE else HURRIED
+    hurried = 0 if lone or int(tuning.method) == TRANSPOSE else HURRIED_ATTEMPTS
     stop_time = now(work.clock) + tuning.deadline if tuning.deadline > 0.0 else math.inf
     hopeless = out_of_reach(reach, task, tuning)
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
@@ -45,6 +47,7 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     best_norm, failure = math.inf, CONVERGED
     steps, attempts, found, news = 0, 0, 0, 0
     while True:
+        patience, progress = HURRIED if attempts < hurried else PATIENT
         status, taken, _, _, norm = descend(
             geometry, task, tuning, patience, progress, stop_time, attempts, work, recorder
         )

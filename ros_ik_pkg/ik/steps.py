@@ -20,7 +20,16 @@ TINY = 1e-300
 
 @kernel
 def take_step(tuning, error_norm, weights, work):
-    """Write the step of the selected method to work.dq and return its damping."""
+    """Write the step of the selected method to work.dq and return its damping; NaN to both where there is none."""
+    damping = _step(tuning, error_norm, weights, work)
+    if math.isnan(damping):
+        work.dq[:] = math.nan
+    return damping
+
+
+@kernel
+def _step(tuning, error_norm, weights, work):
+    """Choose the rule."""
     method = int(tuning.method)
     if method == TRANSPOSE:
         return transpose_step(work)
