@@ -166,9 +166,10 @@ def test_the_solution_has_names_positions_base_frame_and_the_stamp_of_the_target
 
 def test_the_trace_is_a_matrix_with_labelled_columns():
     answer = answer_with(rows=4)
-    message = trace_message(answer)
+    message = trace_message(answer, answer.solution.trace, 'dls', 'solve')
     rows, columns = message.layout.dim
-    assert rows.label == 'rows' and rows.size == 4 and rows.stride == 4 * columns.size
+    assert rows.label == 'rows method=dls run=solve stamp=12.000000034'
+    assert rows.size == 4 and rows.stride == 4 * columns.size
     assert columns.label.split(',') == [*TRACE_COLUMNS, *answer.arm.joint_names]
     matrix = np.array(message.data).reshape(rows.size, columns.size)
     np.testing.assert_array_equal(matrix[:, : len(TRACE_COLUMNS)], answer.solution.trace.rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped
 
 from ros_ik_pkg.ik import Arm, Solution
@@ -25,7 +26,8 @@ class Answer:
     """What the node has to say about one target.
 
     `cause` is one word: the label of the solver's status, the cause of a refusal, or INTERNAL_ERROR.
-    `arm` and `solution` are None where the target did not get that far.
+    What was solved is `base_from_target` (4, 4) from `seed` (n,). Fields are None where the target did not
+    get that far.
     """
 
     target: PoseStamped
@@ -36,6 +38,8 @@ class Answer:
     arm: Arm | None = None
     solution: Solution | None = None
     notes: tuple[str, ...] = ()
+    base_from_target: np.ndarray | None = None
+    seed: np.ndarray | None = None
 
 
 def shorten(text: str, limit: int = 300) -> str:

@@ -59,7 +59,9 @@ class Answering:
             self._last_solution = solution.q
         if solution.seed_clipped:
             seed_notes += ('seed outside the limits brought inside',)
-        return Answer(target, outcome, cause, reason, options.method, arm, solution, notes + seed_notes)
+        return Answer(
+            target, outcome, cause, reason, options.method, arm, solution, notes + seed_notes, base_from_target, seed
+        )
 
     def _base_from_target(self, target: PoseStamped, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
         """Return the target (4, 4) in the base frame, whatever frame of the robot it was given in."""

@@ -8,9 +8,12 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
+from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
+from visualization_msgs.msg import MarkerArray
 
 NODE_NAME = 'ik_node'
 
@@ -55,6 +58,10 @@ RESULT = Topic(
 ITERATIONS = Topic('~/iterations', DiagnosticArray, 'out', 'one status per iteration, for people', depth=10)
 TRACE = Topic('~/trace', Float64MultiArray, 'out', 'the same as a matrix with labelled columns', depth=10)
 TCP_PATH = Topic('~/tcp_path', Path, 'out', 'where the tip was at each iteration', depth=10)
+COMPARISON = Topic('~/comparison', DiagnosticArray, 'out', 'one status for each method that is compared', depth=10)
+COMPARISON_PATHS = Topic(
+    '~/comparison_paths', MarkerArray, 'out', 'where the tip was with each method, for RViz', depth=10
+)
 DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node, once a second')
 
 TOPICS = (
@@ -66,5 +73,17 @@ TOPICS = (
     ITERATIONS,
     TRACE,
     TCP_PATH,
+    COMPARISON,
+    COMPARISON_PATHS,
     DIAGNOSTICS,
 )
+
+
+def publisher(node: Node, topic: Topic) -> Publisher:
+    """Make a publisher of a topic."""
+    return node.create_publisher(topic.type, topic.name, topic.qos)
+
+
+def heard(publisher: Publisher) -> bool:
+    """Whether anybody listens."""
+    return publisher.get_subscription_count() > 0

@@ -7,12 +7,13 @@ from array import array
 
 import numpy as np
 import pinocchio as pin
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseStamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
 
-from ros_ik_pkg.ik import TRACE_COLUMNS
+from ros_ik_pkg.ik import TRACE_COLUMNS, Trace
 from ros_ik_pkg.ros.answer import Answer, RefusedError
 
 QUATERNION_SLACK = 0.01  # a norm this far from 1 is rounding or a slip; beyond it, no rotation was meant
@@ -58,17 +59,30 @@ def solution_message(answer: Answer) -> JointState:
     )
 
 
-def trace_message(answer: Answer) -> Float64MultiArray:
-    """Return the trace as a matrix: TRACE_COLUMNS, then the joint positions; the labels name the columns."""
-    trace = answer.solution.trace
+def trace_message(answer: Answer, trace: Trace, method: str, run: str) -> Float64MultiArray:
+    """Return a trace as a matrix: TRACE_COLUMNS, then the joint positions.
+
+    The labels name the columns, and say whose rows they are: the method, the stamp of the target, and
+    the run, `solve` or `comparison`.
+    """
     matrix = np.hstack([trace.rows, trace.joint_positions])
     rows, columns = matrix.shape
     message = Float64MultiArray(data=array('d', matrix.tobytes()))
     message.layout.dim = [
-        MultiArrayDimension(label='rows', size=rows, stride=rows * columns),
+        MultiArrayDimension(label=rows_label(answer, method, run), size=rows, stride=rows * columns),
         MultiArrayDimension(label=','.join(trace_labels(answer)), size=columns, stride=columns),
     ]
     return message
+
+
+def rows_label(answer: Answer, method: str, run: str) -> str:
+    """Return what the rows of a trace message belong to: `rows method=dls run=solve stamp=1.000000002`."""
+    return f'rows method={method} run={run} stamp={stamp_text(answer.target.header.stamp)}'
+
+
+def stamp_text(stamp: Time) -> str:
+    """Write a stamp [s] with all its digits."""
+    return f'{stamp.sec}.{stamp.nanosec:09d}'
 
 
 def trace_labels(answer: Answer) -> tuple[str, ...]:

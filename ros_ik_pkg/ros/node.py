@@ -16,6 +16,7 @@ from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer
 from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
+from ros_ik_pkg.ros.comparison import Comparison
 from ros_ik_pkg.ros.health import Health
 from ros_ik_pkg.ros.outputs import Outputs
 from ros_ik_pkg.ros.parameters import Parameters, Settings, warnings_about_unknown
@@ -43,6 +44,7 @@ class IkNode(Node):
             self.get_logger().warning(text)
         warm_up(report=self.get_logger().info)
         self._outputs = Outputs(self)
+        self._comparison = Comparison(self, self._outputs.trace)
         self._diagnostics = self.create_publisher(
             DiagnosticArray, interface.DIAGNOSTICS.name, interface.DIAGNOSTICS.qos
         )
@@ -62,6 +64,8 @@ class IkNode(Node):
         self._outputs.publish_solution(answer)
         self._health.count(answer, time.perf_counter() - started)
         self._outputs.publish_report(answer)
+        settings = self._answering.settings
+        self._comparison.submit(answer, settings.compare, settings.options)
         if answer.outcome == REFUSED:
             self.get_logger().warning(f'target refused: {answer.reason}', throttle_duration_sec=LOG_PERIOD)
         elif answer.outcome != SOLVED:
@@ -103,6 +107,11 @@ class IkNode(Node):
         except IkError as error:
             kept = f'keeping {self._answering.arm.name}' if self._answering.arm else 'still without a robot'
             self.get_logger().error(f'{error}; {kept}', throttle_duration_sec=LOG_PERIOD)
+
+    def destroy_node(self) -> None:
+        """End the thread of the comparison, then the node."""
+        self._comparison.close()
+        super().destroy_node()
 
     def _report_health(self) -> None:
         """Publish /diagnostics once a second, and say what the node waits for."""

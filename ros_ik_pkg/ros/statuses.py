@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from ros_ik_pkg.ik import TRACE_COLUMNS
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer, shorten
-from ros_ik_pkg.ros.messages import base_header
+from ros_ik_pkg.ros.messages import base_header, stamp_text
 
 LEVELS = {SOLVED: DiagnosticStatus.OK, FAILED: DiagnosticStatus.WARN, REFUSED: DiagnosticStatus.ERROR}
 MAX_ITERATION_STATUSES = 5000  # about 0.3 s of work; ~/trace has every row
@@ -42,7 +42,7 @@ def _result_values(answer: Answer) -> dict[str, Any]:
         **_figures(answer),
         'notes': '; '.join(answer.notes),
         'target_frame': shorten(header.frame_id),
-        'target_stamp': f'{header.stamp.sec}.{header.stamp.nanosec:09d}',
+        'target_stamp': stamp_text(header.stamp),
     }
 
 
