@@ -15,7 +15,7 @@ from tqdm import tqdm
 from bench.cases import KINDS
 from bench.iteration import ITERATION_HEAD, iteration_rows
 from bench.peers import peer_processes
-from bench.process import ROOT, WorkerFailure, WorkerProcess
+from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
 from bench.solves import BATCH_HEAD, batch_row, run_solves
 from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm, warm_up
@@ -35,7 +35,7 @@ def main() -> int:
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
-    except (IkError, WorkerFailure) as error:
+    except (IkError, WorkerError) as error:
         print(f'bench: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -78,7 +78,8 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         report.add('Batches', 'solve_batch on reachable poses, best of several runs.', [BATCH_HEAD, *rows])
     if arguments.iteration:
         rows = iteration_rows(arguments.robots)
-        report.add('One iteration', 'Compiled, no Python in between, time that the core was busy.', [ITERATION_HEAD, *rows])
+        text = 'Compiled, no Python in between, time that the core was busy.'
+        report.add('One iteration', text, [ITERATION_HEAD, *rows])
     if arguments.ros:
         from bench.ros import ROS_HEAD, ros_rows
 

@@ -40,7 +40,7 @@ class Case:
 def make_case(arm: Arm, kind: str, count: int) -> Case:
     """Make `count` poses of a kind (one of KINDS); tracking rounds up to whole paths."""
     random = np.random.default_rng([zlib.crc32(arm.name.encode()), KINDS.index(kind)])
-    makers = {'reachable': _reachable, 'tracking': _tracking, 'singular': _singular, 'beyond': _beyond, 'inside': _inside}
+    makers = dict(zip(KINDS, (_reachable, _tracking, _singular, _beyond, _inside)))
     return makers[kind](Judge(arm), random, count)
 
 

@@ -8,6 +8,7 @@ import pinocchio as pin
 from ros_ik_pkg.ik import Arm
 
 ROUNDING = 1e-9  # m, rad: how far two correct forward kinematics may differ
+SINGLE_PRECISION = 1e-6  # m, rad: some libraries keep their limits in single precision
 
 
 class Judge:
@@ -43,12 +44,12 @@ class Judge:
         position[~known] = orientation[~known] = np.nan
         return position, orientation
 
-    def inside(self, q: np.ndarray) -> np.ndarray:
+    def inside(self, q: np.ndarray, slack: float = SINGLE_PRECISION) -> np.ndarray:
         """Return (N,) whether q (N, n) is within the joint limits."""
-        return ((q >= self.arm.lower - ROUNDING) & (q <= self.arm.upper + ROUNDING)).all(axis=1)
+        return ((q >= self.arm.lower - slack) & (q <= self.arm.upper + slack)).all(axis=1)
 
     def solved(self, targets: np.ndarray, q: np.ndarray, tolerance: float = 1e-5) -> np.ndarray:
-        """Return (N,) whether q is within the limits, and within the tolerance [m, rad] of the targets."""
+        """Return (N,) whether q (N, n) is within the limits, and within the tolerance [m, rad] of the targets."""
         position, orientation = (np.linalg.norm(error, axis=1) for error in self.errors(targets, q))
         close = np.maximum(position, orientation) <= tolerance + ROUNDING
         return close & self.inside(q)

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.cases import Case
 from bench.judge import ROUNDING, Judge
-from bench.process import WorkerFailure, WorkerProcess
+from bench.process import WorkerError, WorkerProcess
 from ros_ik_pkg.ik import SolveOptions, solve
 
 CHUNK = 50  # poses that one solver gets before the next one's turn
@@ -58,7 +58,7 @@ def check_models(judge: Judge, entries: list[Entry]) -> None:
     for entry in entries:
         try:
             gap = np.abs(entry.process.forward(entry.solver, q) - expected).max()
-        except WorkerFailure as problem:
+        except WorkerError as problem:
             entry.fault = str(problem)
         else:
             entry.fault = '' if gap <= ROUNDING else f'its forward kinematics differs by {gap:.1e}'
@@ -90,7 +90,7 @@ def _solve(entry: Entry, targets: np.ndarray, seeds: np.ndarray, warm: bool) -> 
     if not entry.fault:
         try:
             return entry.process.solve(entry.solver, targets, seeds, warm)
-        except WorkerFailure as problem:
+        except WorkerError as problem:
             entry.fault = str(problem)
     return np.full((len(targets), seeds.shape[1] + 3), np.nan), entry.fault
 

@@ -17,11 +17,10 @@ FAST = 3.0  # rad/s or m/s, for libraries that insist on a velocity limit
 
 def make_model(arm: Arm, source: str, folder: Path) -> Model:
     """Write the arm's URDF into a folder and return the arm as plain data."""
-    path = folder / f'{len(list(folder.iterdir()))}.urdf'
+    path = folder / f'arm{len(list(folder.iterdir()))}.urdf'
     path.write_text(urdf_of(arm))
-    return Model(
-        arm.name, source, str(path), arm.placements.tolist(), arm.prismatic.tolist(), arm.lower.tolist(), arm.upper.tolist()
-    )
+    arrays = arm.placements, arm.prismatic, arm.lower, arm.upper
+    return Model(arm.name, source, str(path), *(array.tolist() for array in arrays))
 
 
 def is_plain(arm: Arm) -> bool:

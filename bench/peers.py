@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from bench.process import ROOT, WorkerFailure, WorkerProcess
+from bench.process import ROOT, WorkerError, WorkerProcess
 
 # What a requirement of setup.cfg brings: requirement's name -> library of worker.py
 BRINGS = {
@@ -28,7 +28,7 @@ def peer_processes() -> tuple[list[WorkerProcess], dict[str, str]]:
         if library not in faults:
             try:
                 processes.append(WorkerProcess(library, python))
-            except WorkerFailure as problem:
+            except WorkerError as problem:
                 faults[library] = f'does not start: {problem}'
     return processes, faults
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from bench.measure import Run
-
-matplotlib.use('Agg')
-from matplotlib import pyplot as plt  # noqa: E402
 
 KINDS = ('reachable', 'tracking')
 OURS, PEER = '#1668b3', '#8a8a8a'
@@ -22,7 +20,8 @@ def plot_runs(runs: Sequence[Run], path: Path) -> None:
     arms = list(dict.fromkeys(run.arm for run in runs))
     height = max(sum(run.arm == arm and run.case.kind == KINDS[0] for run in runs) for arm in arms)
     size = 12.0, len(arms) * (0.8 + 0.28 * height)
-    figure, axes = plt.subplots(len(arms), len(KINDS), figsize=size, sharex='col', squeeze=False, layout='constrained')
+    figure = Figure(figsize=size, layout='constrained')
+    axes = figure.subplots(len(arms), len(KINDS), sharex='col', squeeze=False)
     for row, arm in zip(axes, arms):
         for axis, kind in zip(row, KINDS):
             _panel(axis, [run for run in runs if (run.arm, run.case.kind) == (arm, kind) and not run.entry.fault])
@@ -30,10 +29,9 @@ def plot_runs(runs: Sequence[Run], path: Path) -> None:
     for axis in axes[-1]:
         axis.set_xlabel('time of a call [us]: median, bar 10 to 90 %, line to 99 %')
     figure.savefig(path, dpi=110)
-    plt.close(figure)
 
 
-def _panel(axis: plt.Axes, runs: Sequence[Run]) -> None:
+def _panel(axis: Axes, runs: Sequence[Run]) -> None:
     for y, run in enumerate(reversed(runs)):
         low, median, high, highest = np.percentile(1e6 * run.seconds, [10, 50, 90, 99])
         color = OURS if run.entry.process.library == 'ours' else PEER

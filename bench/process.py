@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from bench.wire import receive, send
 ROOT = Path(__file__).resolve().parents[1]
 
 
-class WorkerFailure(Exception):
+class WorkerError(Exception):
     """A worker ended or refused; the text says why."""
 
 
@@ -58,16 +59,14 @@ class WorkerProcess:
             self._process.kill()
 
     def _ask(self, header: dict[str, Any], *arrays: np.ndarray) -> tuple[dict[str, Any], list[np.ndarray]]:
-        try:
+        with suppress(BrokenPipeError):  # the reply, or its absence, says more
             send(self._process.stdin, header, *arrays)
-        except BrokenPipeError:
-            pass  # the reply, or its absence, says more
         return self._reply()
 
     def _reply(self) -> tuple[dict[str, Any], list[np.ndarray]]:
         message = receive(self._process.stdout)
         if message is None:
-            raise WorkerFailure(f'{self.library} ended with exit code {self._process.wait()}')
+            raise WorkerError(f'{self.library} ended with exit code {self._process.wait()}')
         if 'failure' in message[0]:
-            raise WorkerFailure(message[0]['failure'])
+            raise WorkerError(message[0]['failure'])
         return message

@@ -14,12 +14,13 @@ INTRODUCTION = """# Benchmark
 Written by `scripts/bench`; run it again instead of editing this.
 """
 
-SOLVES = """Every solver gets the same arm, the same poses and the same seeds; they take turns within one run, one process each,
-one at a time, and only the library's own call is timed, failures included. A pose counts as solved where Pinocchio's
-forward kinematics says that the answer is within 1e-5 m and 1e-5 rad and within the joint limits; `wrong` counts
-answers that were claimed and are not. `distance` is the median of the largest joint motion from the seed [rad, m];
-`jumps` counts steps of a path with a joint that moves more than 0.5, and how many of them the path forces.
-Ratios are times over those of our default method.
+SOLVES = """Every solver gets the same arm, the same poses and the same seeds; they take turns within one run, one
+process each, one at a time, and only the library's own call is timed, failures included. A pose counts as solved
+where Pinocchio's forward kinematics says that the answer is within 1e-5 m and 1e-5 rad, and within the joint limits
+but for 1e-6 (TRAC-IK keeps them in single precision);
+`wrong` counts answers that were claimed and are not. `distance` is the median of the largest joint motion from the
+seed [rad, m]; `jumps` counts steps of a path with a joint that moves more than 0.5, and how many of them the path
+forces. Ratios are times over those of our default method.
 
 - reachable: poses of random configurations within the limits, from random seeds.
 - tracking: closed paths of 1000 poses, each solve starts from the answer before.

@@ -42,7 +42,7 @@ class Answer(NamedTuple):
     attempts: float = np.nan
 
 
-class Unsupported(Exception):
+class UnsupportedError(Exception):
     """The library cannot take this arm; the text says why."""
 
 

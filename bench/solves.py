@@ -20,9 +20,12 @@ from bench.solver import Model
 from ros_ik_pkg.ik import Arm, SolveOptions, load_arm, solve_batch
 
 BATCH_REPEATS = 5
+BATCH_HEAD = ['arm', 'poses', 'us per pose, 1 worker', 'us per pose, 2 workers', 'ratio']
+
+Texts = dict[str, str]
 
 
-def run_solves(arguments: Namespace, processes: list[WorkerProcess]) -> Iterator[tuple[list[Run], dict[str, str], dict[str, str]]]:
+def run_solves(arguments: Namespace, processes: list[WorkerProcess]) -> Iterator[tuple[list[Run], Texts, Texts]]:
     """Yield, arm by arm, the runs, what does not take part and why, and the versions of the libraries."""
     with tempfile.TemporaryDirectory() as folder:
         for source in arguments.robots:
@@ -40,7 +43,9 @@ def run_solves(arguments: Namespace, processes: list[WorkerProcess]) -> Iterator
             yield runs, absent, versions
 
 
-def load_all(processes: list[WorkerProcess], model: Model, arguments: Namespace) -> tuple[list[Entry], dict[str, str], dict[str, str]]:
+def load_all(
+    processes: list[WorkerProcess], model: Model, arguments: Namespace
+) -> tuple[list[Entry], Texts, Texts]:
     """Load an arm in every process; return the solvers that take it, and of the others why not."""
     entries, absent, versions = [], {}, {}
     for process in processes:
@@ -65,6 +70,3 @@ def batch_row(arm: Arm, count: int, options: SolveOptions) -> list[str]:
             best[workers] = min(best[workers], time.perf_counter() - began)
     one, two = (1e6 * seconds / len(case) for seconds in best.values())
     return [arm.name, str(len(case)), f'{one:.1f}', f'{two:.1f}', f'{one / two:.2f}']
-
-
-BATCH_HEAD = ['arm', 'poses', 'us per pose, 1 worker', 'us per pose, 2 workers', 'ratio']

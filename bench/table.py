@@ -45,7 +45,8 @@ def solve_cells(run: Run) -> list[str]:
         jumps = f'{run.jumps}' + (f' ({run.forced_jumps} forced)' if run.forced_jumps else '')
     elif run.solved.any():
         distance = f'{np.median(np.abs(run.q - run.case.seeds)[run.solved].max(axis=1)):.2f}'
-    return [solved, wrong, *(f'{time:.0f}' for time in times(run)), *map(_mean, (run.iterations, run.attempts)), distance, jumps]
+    speed, counts = (f'{time:.0f}' for time in times(run)), map(_mean, (run.iterations, run.attempts))
+    return [solved, wrong, *speed, *counts, distance, jumps]
 
 
 def _mean(values: np.ndarray) -> str:

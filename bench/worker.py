@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from bench.solver import Model, Solver, Unsupported, time_calls
+from bench.solver import Model, Solver, UnsupportedError, time_calls
 from bench.wire import receive, send
 
 # Library -> the module and the function that makes its solvers, the distribution whose version counts.
@@ -39,7 +39,7 @@ class Worker:
         """Make the solvers for an arm; answer with their names, or with why there are none."""
         try:
             self.solvers = self.make(Model(**model), options)
-        except Unsupported as problem:
+        except UnsupportedError as problem:
             return {'unsupported': str(problem)},
         return {'solvers': list(self.solvers), 'version': self.version},
 
