@@ -130,7 +130,7 @@ def test_a_joint_state_of_velocities_alone_leaves_positions_as_they_were():
         ([JointState(name=['a', 'b'], position=[1.0, 2.0], effort=[0.0])], '1 efforts'),
         ([joint_state('ab', [1, math.nan])], 'position nan of b'),
         ([joint_state('ab', [-math.inf, 1])], 'position -inf of a'),
-        ([joint_state('aba', [1, 2, 3])], 'names a more than once'),
+        ([joint_state('aba', [1, 2, 3])], 'joint_states has a more than once'),
         ([joint_state('ab', [1, 2]), joint_state('ba', [1, math.nan])], 'position nan of a'),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -36,11 +37,7 @@ class JointStates:
         """Return the positions (n,) of these joints [rad, m]; refuse the target where they are not known."""
         found: dict[str, float] = {}
         for names, message in reversed(self._newest.items()):
-            open_names = [name for name in joint_names if name not in found and name in names]
-            if fault := _fault(message, open_names):
-                raise RefusedError('joint_states', fault)
-            if message.position:
-                found.update((name, message.position[names.index(name)]) for name in open_names)
+            found |= _positions(names, message, [name for name in joint_names if name not in found])
             if len(found) == len(joint_names):
                 return np.array([found[name] for name in joint_names])
         raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
@@ -64,20 +61,27 @@ class JointStates:
         return f'joint_states gave none of the joints: expected {shorten(missing)}; got {shorten(got)}'
 
 
-def _fault(message: JointState, names: Sequence[str]) -> str:
-    """Say what is wrong with a message that speaks for the joints `names`; empty where nothing is."""
-    if message.name and not names:
-        return ''
-    sizes = {len(values) for values in (message.position, message.velocity, message.effort) if values}
-    if sizes - {len(message.name)}:
-        return (
-            f'joint_states has {len(message.name)} names, {len(message.position)} positions, '
-            f'{len(message.velocity)} velocities and {len(message.effort)} efforts; '
+def _positions(names: Sequence[str], message: JointState, wanted: Sequence[str]) -> dict[str, float]:
+    """Return the positions that a message gives of joints `wanted`; refuse one that is faulty about them."""
+    places = {name: place for place, name in enumerate(names)}
+    spoken_for = [name for name in wanted if name in places]
+    if names and not spoken_for:
+        return {}
+    positions = message.position
+    lengths = len(positions), len(message.velocity), len(message.effort)
+    if not {0, len(names)}.issuperset(lengths):
+        raise _refused(
+            f'{len(names)} names, {lengths[0]} positions, {lengths[1]} velocities and {lengths[2]} efforts; '
             'expected as many of each as names, or none'
         )
-    for name in names:
-        if message.name.count(name) > 1:
-            return f'joint_states names {name} more than once'
-        if message.position and not np.isfinite(position := message.position[message.name.index(name)]):
-            return f'joint_states has position {position} of {name}; expected a finite number'
-    return ''
+    if len(places) < len(names) and (twice := [name for name in spoken_for if names.count(name) > 1]):
+        raise _refused(f'{", ".join(twice)} more than once')
+    found = {name: positions[places[name]] for name in spoken_for} if positions else {}
+    for name, position in found.items():
+        if not math.isfinite(position):
+            raise _refused(f'position {position} of {name}; expected a finite number')
+    return found
+
+
+def _refused(fault: str) -> RefusedError:
+    return RefusedError('joint_states', f'joint_states has {fault}')
