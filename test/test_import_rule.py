@@ -18,10 +18,9 @@ BELOW = {
     'compare': {'ik', 'share'},
     'ros': {'ik', 'compare', 'share'},
     'panel': {'ros', 'compare', 'ik', 'share'},
-    'bench': {'compare', 'ik', 'share'},
     'tools': {'ros', 'compare', 'ik', 'share'},
 }
-WITHOUT_ROS = {'share', 'ik', 'compare', 'bench'}
+WITHOUT_ROS = {'share', 'ik', 'compare'}
 ROS_LIBRARIES = {'rclpy', 'rcl_interfaces', 'tf2_ros'}
 READERS = {'pinocchio', 'yaml', 'xml'}
 MODEL_FILES = {'robot.py', 'dh.py', 'urdf.py'}
