@@ -97,7 +97,7 @@ def _singular(judge: Judge, random: np.random.Generator, count: int) -> Case:
     nearest = np.empty((count, arm.n))
     for row in nearest:
         q = random_joints(arm, random, CANDIDATES)
-        row[:] = q[np.argmin(np.linalg.svd(judge.jacobians(q), compute_uv=False)[:, -1])]
+        row[:] = q[np.argmin(judge.smallest_singular_values(q))]
     return Case('singular', judge.forward(nearest), random_joints(arm, random, count))
 
 

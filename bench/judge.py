@@ -1,4 +1,4 @@
-"""The independent judge: forward kinematics of Pinocchio on the arm's model, many configurations at once."""
+"""The independent judge: forward kinematics of Pinocchio, many configurations at once."""
 
 from __future__ import annotations
 
@@ -9,26 +9,33 @@ from ros_ik_pkg.ik import Arm
 
 ROUNDING = 1e-9  # m, rad: how far two correct forward kinematics may differ
 SINGLE_PRECISION = 1e-6  # m, rad: some libraries keep their limits in single precision
+HALF_TURN_SINE = 1e-3  # below this sine an angle is taken from Pinocchio's logarithm where the cosine is negative
 
 
 class Judge:
-    """Pinocchio's reading of one arm."""
+    """Pinocchio's reading of one arm: of its own model, or of one that Pinocchio parsed itself."""
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Arm, model: pin.Model | None = None) -> None:
         self.arm = arm
-        self.model = arm.model
+        self.model = model or arm.model
         self.data = self.model.createData()
-        joints = [joint for joint in arm.tree.path(arm.base_frame, arm.tip_frame) if joint.kind != 'fixed']
-        self.index = [self.model.joints[self.model.getJointId(joint.name)].idx_q for joint in joints]
-        self.base, self.tip = (self.model.getFrameId(name) for name in (arm.base_frame, arm.tip_frame))
+        chain = [joint for joint in arm.tree.path(arm.base_frame, arm.tip_frame) if joint.kind != 'fixed']
+        self.joints = [self.model.joints[self.model.getJointId(joint.name)] for joint in chain]
+        self.base, self.tip = (self.model.getFrameId(name, pin.BODY) for name in (arm.base_frame, arm.tip_frame))
+
+    def configurations(self, q: np.ndarray) -> np.ndarray:
+        """Return (N, nq), what the model takes, for q (N, n): joints without end as cosine and sine."""
+        values = np.tile(pin.neutral(self.model), (len(q), 1))
+        moved = self.arm.multiplier * q[:, self.arm.variable] + self.arm.offset
+        for joint, value in zip(self.joints, moved.T):
+            whole = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+            values[:, joint.idx_q : joint.idx_q + joint.nq] = np.transpose(whole)
+        return values
 
     def forward(self, q: np.ndarray) -> np.ndarray:
         """Return (N, 4, 4) poses of the tip in the base frame for q (N, n) [rad, m]."""
-        arm, frames = self.arm, self.data.oMf
-        values = np.zeros((len(q), self.model.nq))
-        values[:, self.index] = arm.multiplier * q[:, arm.variable] + arm.offset
-        poses = np.empty((len(q), 4, 4))
-        for pose, row in zip(poses, values):
+        poses, frames = np.empty((len(q), 4, 4)), self.data.oMf
+        for pose, row in zip(poses, self.configurations(q)):
             pin.forwardKinematics(self.model, self.data, row)
             pin.updateFramePlacement(self.model, self.data, self.base)
             pin.updateFramePlacement(self.model, self.data, self.tip)
@@ -54,18 +61,22 @@ class Judge:
         close = np.maximum(position, orientation) <= tolerance + ROUNDING
         return close & self.inside(q)
 
-    def jacobians(self, q: np.ndarray) -> np.ndarray:
-        """Return (N, 6, n) Jacobians of the tip for q (N, n): rows [v; w], axes of the base parallel to the world's."""
-        arm, values = self.arm, np.zeros(self.model.nq)
-        out = np.zeros((len(q), 6, arm.n))
-        for row, jacobian in zip(q, out):
-            values[self.index] = arm.multiplier * row[arm.variable] + arm.offset
-            full = pin.computeFrameJacobian(self.model, self.data, values, self.tip, pin.LOCAL_WORLD_ALIGNED)
-            for joint, column in enumerate(self.index):
-                jacobian[:, arm.variable[joint]] += arm.multiplier[joint] * full[:, column]
-        return out
+    def smallest_singular_values(self, q: np.ndarray) -> np.ndarray:
+        """Return (N,) the smallest singular value of the Jacobian at q (N, n)."""
+        arm, out = self.arm, np.zeros((len(q), 6, self.arm.n))
+        for row, jacobian in zip(self.configurations(q), out):
+            whole = pin.computeFrameJacobian(self.model, self.data, row, self.tip, pin.LOCAL_WORLD_ALIGNED)
+            for joint, variable, multiplier in zip(self.joints, arm.variable, arm.multiplier):
+                jacobian[:, variable] += multiplier * whole[:, joint.idx_v]
+        return np.linalg.svd(out, compute_uv=False)[:, -1]
 
 
 def rotation_vectors(R: np.ndarray) -> np.ndarray:
     """Return log(R), (N, 3) [rad], of rotations (N, 3, 3)."""
-    return np.array([pin.log3(rotation) for rotation in R]).reshape(-1, 3)
+    sines = np.stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]], axis=1) / 2
+    sine, cosine = np.linalg.norm(sines, axis=1), (np.trace(R, axis1=1, axis2=2) - 1) / 2
+    angle = np.arctan2(sine, cosine)
+    vectors = sines * np.divide(angle, sine, out=np.ones_like(angle), where=sine > 0)[:, None]
+    for k in np.flatnonzero((sine < HALF_TURN_SINE) & (cosine < 0)):
+        vectors[k] = pin.log3(R[k])
+    return vectors
