@@ -39,7 +39,7 @@ if [[ -n ${_ROS_WHEELS_BOOTSTRAP_COMPLETE:-} ]]; then
 fi
 
 use_python() {
-    if [[ $* == ros && -z ${ROS_IK_PYTHON:-} ]] && ros_is_complete; then
+    if [[ -z $* || $* == ros ]] && [[ -z ${ROS_IK_PYTHON:-} ]] && ros_is_complete; then
         python=$(command -v python3)
         return
     fi
