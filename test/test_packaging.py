@@ -22,7 +22,7 @@ NOT_SHIPPED = ('.git', '.venv*', '.*_cache', '.hypothesis', 'build', 'install', 
 
 # What is imported -> the rosdep key that brings it.
 ROSDEP_KEYS = {'numpy': 'python3-numpy', 'numba': 'python3-numba', 'yaml': 'python3-yaml'}
-OPTIONAL = {'ament_index_python', 'matplotlib', 'tf2_ros', 'viser', 'xacro'}
+USED_IF_THERE = {'ament_index_python', 'tf2_ros', 'xacro'}
 
 
 @pytest.fixture(scope='module')
@@ -84,15 +84,20 @@ def test_version_is_the_same_everywhere(manifest, setup_call):
 
 
 def test_manifest_depends_on_every_library_that_is_imported(manifest):
-    needed = {ROSDEP_KEYS.get(name, name) for name in imported_libraries() - OPTIONAL}
-    assert needed <= set(text_of(manifest, 'exec_depend'))
+    libraries = imported_libraries() - USED_IF_THERE - requirements('plot') - requirements('panel')
+    assert {ROSDEP_KEYS.get(name, name) for name in libraries} <= set(text_of(manifest, 'exec_depend'))
 
 
 def test_pip_requirements_name_every_library_outside_ros():
+    assert requirements() == {'numba', 'numpy', 'pin', 'PyYAML'}
+
+
+def requirements(extra: str = '') -> set[str]:
+    """Return the names in a list of setup.cfg: of the package itself, or of one of its extras."""
     config = configparser.ConfigParser()
     config.read(ROOT / 'setup.cfg')
-    required = set(re.findall(r'^(\w+)', config['options']['install_requires'], re.M))
-    assert required == {'numba', 'numpy', 'pin', 'PyYAML'}
+    listed = config['options.extras_require'][extra] if extra else config['options']['install_requires']
+    return set(re.findall(r'^(\w+)', listed, re.MULTILINE))
 
 
 @pytest.mark.parametrize('name', entry_points())
