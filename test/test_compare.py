@@ -167,6 +167,14 @@ def test_poses_and_numbers_are_each_others_inverse():
     np.testing.assert_allclose(numbers_of(pose(numbers)), numbers, atol=1e-9)
 
 
+@pytest.mark.parametrize('pitch', [90.0, -90.0])
+def test_at_a_pitch_of_90_degrees_all_turning_is_in_the_yaw(pitch):
+    pose_there = pose([0.0, 0.0, 0.0, 25.0, pitch, 40.0])
+    numbers = numbers_of(pose_there)
+    assert numbers[3] == 0.0
+    np.testing.assert_allclose(pose(numbers), pose_there, atol=1e-9)
+
+
 def test_prismatic_joints_are_given_in_metres():
     arm = load_arm('stanford')
     q = joints_from_degrees(arm, [90.0, 0.0, 0.5, 0.0, 0.0, 0.0])

@@ -18,6 +18,7 @@ from ros_ik_pkg.ik import ArgumentError, Arm
 NOTES_ROBOT = 'puma560'
 NOTES_SEED = (2.8, -77.7, 6.8, 8.5, -19.3, 172.0)  # deg; the tip at 0.5 0.15 0.3 m, turned by 0 90 0 deg
 NOTES_TARGET = (0.4, 0.3, 0.6, 0.0, 90.0, 0.0)  # x y z [m], roll pitch yaw [deg]
+GIMBAL_LOCK = 1e-3  # rad from a pitch of 90 degrees; nearer, roll and yaw cannot be told apart
 SPREAD = 0.25  # of the way from the seed to each joint's nearer limit, for the target of another robot
 
 
@@ -53,8 +54,10 @@ def pose(numbers: Sequence[float]) -> np.ndarray:
 
 
 def numbers_of(base_from_tip: np.ndarray) -> np.ndarray:
-    """Return x y z [m], roll pitch yaw [deg] of a pose (4, 4)."""
+    """Return x y z [m], roll pitch yaw [deg] of a pose (4, 4); roll is 0 where yaw could take its place."""
     rpy = pin.rpy.matrixToRpy(np.ascontiguousarray(base_from_tip[:3, :3]))
+    if np.cos(rpy[1]) < GIMBAL_LOCK:
+        rpy = np.array([0.0, rpy[1], rpy[2] - np.sign(rpy[1]) * rpy[0]])
     return np.concatenate([base_from_tip[:3, 3], np.degrees(rpy)])
 
 

@@ -1,0 +1,114 @@
+"""What the IK node said about the newest target, put together from its topics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+from visualization_msgs.msg import Marker, MarkerArray
+
+from ros_ik_pkg.compare import MethodRun
+from ros_ik_pkg.ik import METHODS, Status
+from ros_ik_pkg.ros.messages import stamp_text
+
+STATUS_OF = {status.label: status for status in Status}
+PLOTTED = ('iteration', 'position_error', 'orientation_error')
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Errors of one method against the iteration; all (k,)."""
+
+    iteration: np.ndarray
+    position_error: np.ndarray  # m
+    orientation_error: np.ndarray  # rad
+
+
+class Answers:
+    """Keeps what belongs to the expected stamp; messages of other targets are dropped.
+
+    result: values of ~/result by name, and its sentence as 'message'; empty until it comes.
+    solution: joint positions by name [rad, m] of the last target that was solved.
+    runs, curves, paths: of the last comparison that came whole, by method.
+    compared: whether the comparison of the newest target has come.
+    news: counts comparisons, so that who draws them sees when there is something new.
+    """
+
+    def __init__(self) -> None:
+        self.stamp = ''
+        self.result: dict[str, str] = {}
+        self.solution: dict[str, float] = {}
+        self.runs: dict[str, MethodRun] = {}
+        self.curves: dict[str, Curve] = {}
+        self.paths: dict[str, np.ndarray] = {}
+        self.news = 0
+        self.compared = True
+        self._coming: dict[str, Curve] = {}
+
+    def expect(self, stamp: str) -> None:
+        """Begin with a new target."""
+        self.stamp, self.result, self._coming = stamp, {}, {}
+        self.compared = False
+
+    def forget(self) -> None:
+        """Drop everything, as for another arm."""
+        self.expect('')
+        self.solution, self.runs, self.curves, self.paths, self.compared = {}, {}, {}, {}, True
+
+    def take_solution(self, message: JointState) -> None:
+        """Keep the joints of the newest target."""
+        if stamp_text(message.header.stamp) == self.stamp:
+            self.solution = dict(zip(message.name, message.position))
+
+    def take_result(self, message: DiagnosticArray) -> None:
+        """Keep the result of the newest target."""
+        if stamp_text(message.header.stamp) == self.stamp:
+            self.result = {**values_of(message.status[0]), 'message': message.status[0].message}
+
+    def take_trace(self, message: Float64MultiArray) -> None:
+        """Keep the curves of a method that is compared."""
+        about = dict(pair.split('=') for pair in message.layout.dim[0].label.split()[1:])
+        if about['run'] == 'comparison' and about['stamp'] == self.stamp:
+            rows, columns = (dim.size for dim in message.layout.dim)
+            matrix = np.array(message.data).reshape(rows, columns)
+            names = message.layout.dim[1].label.split(',')
+            self._coming[about['method']] = Curve(*(matrix[:, names.index(name)] for name in PLOTTED))
+
+    def take_comparison(self, message: DiagnosticArray) -> None:
+        """Take the figures of all methods; the curves came before."""
+        if stamp_text(message.header.stamp) == self.stamp:
+            runs = [run_of(values_of(status)) for status in message.status]
+            self.runs = {run.method: run for run in runs}
+            self.compared = True
+            self.curves = {method: curve for method, curve in self._coming.items() if method in self.runs}
+            self.news += 1
+
+    def take_paths(self, message: MarkerArray) -> None:
+        """Take the ways of the tip (k, 3) [m], by method."""
+        lines = [marker for marker in message.markers if marker.type == Marker.LINE_STRIP and marker.ns in METHODS]
+        if lines and stamp_text(lines[0].header.stamp) == self.stamp:
+            self.paths = {line.ns: np.array([[p.x, p.y, p.z] for p in line.points]) for line in lines}
+            self.news += 1
+
+
+def values_of(status: DiagnosticStatus) -> dict[str, str]:
+    """Return the key-value pairs of a status."""
+    return {pair.key: pair.value for pair in status.values}
+
+
+def run_of(figures: Mapping[str, Any]) -> MethodRun:
+    """Read a run back from the values of ~/comparison."""
+    return MethodRun(
+        method=figures['method'],
+        status=STATUS_OF[figures['status']],
+        iterations=int(figures['iterations']),
+        position_error=float(figures['position_error']),
+        orientation_error=float(figures['orientation_error']),
+        time=float(figures['time']),
+        sigma_min=float(figures['sigma_min']),
+    )

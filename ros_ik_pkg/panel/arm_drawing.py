@@ -1,0 +1,110 @@
+"""An arm in the scene: links and joints drawn from the chain, moved by its joint transforms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from ros_ik_pkg.ik import Arm
+
+LINK_RADIUS = 0.028  # of the arm's size
+TAPER = 0.45  # how much thinner the last link is
+JOINT_RADIUS, JOINT_LENGTH = 1.5, 3.2  # of the link's radius
+SHORT = 0.02  # of the arm's size; what is shorter is hidden in the joint
+COLUMN = 0.7  # of the arm's size: how high the base stands where the file begins at the shoulder
+
+
+class ArmDrawing:
+    """Draws the chain of an arm under one name; `opacity` below 1 makes a ghost."""
+
+    def __init__(
+        self, scene: viser.SceneApi, name: str, arm: Arm, link_colour: tuple[int, int, int],
+        joint_colour: tuple[int, int, int], opacity: float | None = None,
+    ) -> None:  # fmt: skip
+        self._scene, self._arm = scene, arm
+        self._link_colour, self._joint_colour, self._opacity = link_colour, joint_colour, opacity
+        self._size = size_of(arm)
+        self._root = scene.add_frame(name, show_axes=False)
+        self._frames = self._add_joints(name)
+
+    def show(self, q: np.ndarray) -> None:
+        """Move to q (n,) [rad, m]."""
+        for frame, transform in zip(self._frames, joint_transforms(self._arm, q)):
+            frame.wxyz, frame.position = wxyz_of(transform), transform[:3, 3]
+
+    def remove(self) -> None:
+        """Take everything out of the scene."""
+        self._root.remove()
+
+    def _add_joints(self, name: str) -> list[viser.FrameHandle]:
+        """Add one frame for each joint below the one before it, with what is drawn in it."""
+        frames = []
+        arm, count = self._arm, len(self._arm.prismatic)
+        steps = placements(arm)
+        self._add_links(name, steps[0], self._radius(0))
+        for k in range(count):
+            name = f'{name}/{k}'
+            frames.append(self._scene.add_frame(name, show_axes=False))
+            radius = self._radius(k)
+            length = JOINT_LENGTH * radius * (2.0 if arm.prismatic[k] else 1.0)
+            self._cylinder(f'{name}/joint', JOINT_RADIUS * radius, length, np.zeros(3), [0, 0, 1], self._joint_colour)
+            self._add_links(name, steps[k + 1], radius)
+        return frames
+
+    def _add_links(self, name: str, step: np.ndarray, radius: float) -> None:
+        """Draw the way to the next frame as real links go: across to its axis first, then along it."""
+        end, axis = step[:3, 3], step[:3, 2]
+        corner = end - axis * (axis @ end)
+        for k, (a, b) in enumerate(((np.zeros(3), corner), (corner, end))):
+            length = np.linalg.norm(b - a)
+            if length > SHORT * self._size:
+                self._cylinder(f'{name}/link{k}', radius, length, (a + b) / 2, (b - a) / length, self._link_colour)
+                self._scene.add_icosphere(
+                    f'{name}/end{k}', radius, color=self._link_colour, position=b, opacity=self._opacity
+                )
+
+    def _cylinder(self, name, radius, length, position, axis, colour) -> None:
+        rotation = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.asarray(axis, dtype=float))
+        self._scene.add_cylinder(
+            name, radius, length, color=colour, opacity=self._opacity, position=position,
+            wxyz=np.roll(rotation.coeffs(), 1), cast_shadow=self._opacity is None,
+        )  # fmt: skip
+
+    def _radius(self, joint: int) -> float:
+        return self._size * LINK_RADIUS * (1.0 - TAPER * joint / len(self._arm.prismatic))
+
+
+def placements(arm: Arm) -> list[np.ndarray]:
+    """Return the constant transforms (4, 4) between the joints, from base to tip."""
+    return [pin.SE3(row[:9].reshape(3, 3), row[9:]).homogeneous for row in arm.placements]
+
+
+def joint_transforms(arm: Arm, q: np.ndarray) -> list[np.ndarray]:
+    """Return the pose (4, 4) of each joint's moved frame in the one before it, at q (n,)."""
+    out = []
+    for k, step in enumerate(placements(arm)[:-1]):
+        value = arm.multiplier[k] * q[arm.variable[k]] + arm.offset[k]
+        motion = np.eye(4)
+        if arm.prismatic[k]:
+            motion[2, 3] = value
+        else:
+            motion[:3, :3] = pin.rpy.rpyToMatrix(0.0, 0.0, value)
+        out.append(step @ motion)
+    return out
+
+
+def size_of(arm: Arm) -> float:
+    """Return the length [m] of the chain, for the size of what is drawn."""
+    return max(float(np.linalg.norm(arm.placements[:, 9:], axis=1).sum()), 0.1)
+
+
+def floor_of(arm: Arm) -> float:
+    """Return the height [m] of the floor: lower than the base where the file begins at the shoulder."""
+    first_two = arm.placements[:2, 9:]
+    return -COLUMN * size_of(arm) * float(np.linalg.norm(first_two) < SHORT)
+
+
+def wxyz_of(transform: np.ndarray) -> np.ndarray:
+    """Return the quaternion w x y z of a pose (4, 4)."""
+    return np.roll(pin.Quaternion(np.ascontiguousarray(transform[:3, :3])).coeffs(), 1)

@@ -1,0 +1,104 @@
+"""The panel's end of the topics and parameters of the IK node; nothing here waits."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.publisher import Publisher
+from sensor_msgs.msg import JointState
+
+from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.panel.answers import Answers
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.messages import stamp_text
+
+SILENCE = 3.0  # s without /diagnostics, which come once a second, after which the node counts as gone
+
+
+class NodeLink:
+    """Talks to the IK node called `name`; what comes back for the newest target is in `answers`."""
+
+    def __init__(self, node: Node, name: str = interface.NODE_NAME) -> None:
+        self._node = node
+        self.name = name if name.startswith('/') else f'/{name}'
+        self.answers = Answers()
+        self._heard = -SILENCE  # when the node last gave a sign of life, by time.monotonic
+        self._targets = self._publisher(interface.TARGET_POSE)
+        self._joint_states = self._publisher(interface.JOINT_STATES)
+        for topic, callback in (
+            (interface.SOLUTION, self.answers.take_solution),
+            (interface.RESULT, self.answers.take_result),
+            (interface.TRACE, self.answers.take_trace),
+            (interface.COMPARISON, self.answers.take_comparison),
+            (interface.COMPARISON_PATHS, self.answers.take_paths),
+            (interface.DIAGNOSTICS, self._on_diagnostics),
+        ):
+            node.create_subscription(topic.type, self._topic(topic), callback, topic.qos)
+        self._parameters = AsyncParameterClient(node, self.name)
+
+    def _publisher(self, topic: interface.Topic) -> Publisher:
+        return self._node.create_publisher(topic.type, self._topic(topic), topic.qos)
+
+    def _topic(self, topic: interface.Topic) -> str:
+        """Resolve a name of the table as the IK node does."""
+        if topic.name.startswith('~/'):
+            return self.name + topic.name[1:]
+        return topic.name if topic.name.startswith('/') else f'{self.name.rpartition("/")[0]}/{topic.name}'
+
+    @property
+    def alive(self) -> bool:
+        """Whether the node has been heard lately and can be talked to."""
+        return time.monotonic() - self._heard < SILENCE and self._parameters.services_are_ready()
+
+    def publish_joints(self, arm: Arm, positions: np.ndarray) -> None:
+        """Publish joint positions (n,) [rad, m], as a robot does."""
+        message = JointState(name=list(arm.joint_names), position=positions.tolist())
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._joint_states.publish(message)
+
+    def send_target(self, arm: Arm, base_from_target: np.ndarray) -> None:
+        """Send a target (4, 4) and forget what came for those before."""
+        message = PoseStamped()
+        message.header.frame_id = arm.base_frame
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        p, q = message.pose.position, message.pose.orientation
+        p.x, p.y, p.z, q.x, q.y, q.z, q.w = pin.SE3ToXYZQUAT(pin.SE3(base_from_target)).tolist()
+        self.answers.expect(stamp_text(message.header.stamp))
+        self._targets.publish(message)
+
+    def set_parameters(self, values: Mapping[str, Any], done: Callable[[str], object]) -> None:
+        """Set parameters, all or none; `done` gets the reason of a refusal, or an empty text."""
+        request = [_parameter(name, value) for name, value in values.items()]
+        future = self._parameters.set_parameters_atomically(request)
+        future.add_done_callback(lambda answer: done(_refusal(answer)))
+
+    def get_parameters(self, names: list[str], done: Callable[[dict[str, Any]], object]) -> None:
+        """Ask for parameters; `done` gets them by name."""
+        future = self._parameters.get_parameters(names)
+        future.add_done_callback(
+            lambda answer: done(dict(zip(names, map(parameter_value_to_python, answer.result().values))))
+        )
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        if any(status.name.startswith(f'{self.name}:') for status in message.status):
+            self._heard = time.monotonic()
+
+
+def _parameter(name: str, value: Any) -> Parameter:
+    """Make a parameter; an empty list would not tell that it is one of texts."""
+    kind = Parameter.Type.STRING_ARRAY if isinstance(value, list) else Parameter.Type.from_parameter_value(value)
+    return Parameter(name, kind, value)
+
+
+def _refusal(answer: Any) -> str:
+    result = answer.result().result
+    return '' if result.successful else result.reason
