@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
 from bench.solves import BATCH_HEAD, batch_row, run_solves
-from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm, warm_up
+from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, load_arm, warm_up
 
 ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
 
@@ -43,25 +44,42 @@ def main() -> int:
     return 0
 
 
-def read_arguments() -> argparse.Namespace:
-    """Read the command line; scripts/bench says what its options mean."""
+def make_parser() -> argparse.ArgumentParser:
+    """Describe the command line; scripts/bench says what its options mean."""
     parser = argparse.ArgumentParser(prog='bench')
     parser.add_argument('--robots', nargs='+', default=ROBOTS)
-    parser.add_argument('--count', type=int, default=1000)
+    parser.add_argument('--count', type=_positive, default=1000)
     parser.add_argument('--cases', nargs='+', choices=KINDS, default=KINDS)
     parser.add_argument('--methods', nargs='+', choices=METHODS, default=METHODS)
     parser.add_argument('--set', nargs='+', type=_setting, default=[], metavar='NAME=VALUE')
     for flag in ('--peers', '--iteration', '--ros', '--all'):
         parser.add_argument(flag, action='store_true')
-    parser.add_argument('--check', type=int, metavar='N')
+    parser.add_argument('--check', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
-    arguments = parser.parse_args()
+    return parser
+
+
+def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = make_parser()
+    arguments = parser.parse_args(words)
     arguments.set = dict(arguments.set)
+    try:
+        SolveOptions(**arguments.set)
+    except (OptionError, TypeError) as error:
+        parser.error(f'--set: {error}')
     if arguments.all:
         arguments.peers = arguments.iteration = arguments.ros = True
     if arguments.peers and not arguments.output:
         arguments.output = ROOT / 'docs' / 'benchmark.md'
     return arguments
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f'{number} is below 1')
+    return number
 
 
 def _setting(text: str) -> tuple[str, Any]:
@@ -74,16 +92,17 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
     if arguments.peers or not (arguments.iteration or arguments.ros):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
-        rows = [batch_row(load_arm(robot), arguments.count, options) for robot in tqdm(arguments.robots, leave=False)]
+        rows = [batch_row(load_arm(robot), options) for robot in tqdm(arguments.robots, leave=False)]
         report.add('Batches', 'solve_batch on reachable poses, best of several runs.', [BATCH_HEAD, *rows])
     if arguments.iteration:
         rows = iteration_rows(arguments.robots)
         text = 'Compiled, no Python in between, time that the core was busy.'
         report.add('One iteration', text, [ITERATION_HEAD, *rows])
     if arguments.ros:
-        from bench.ros import ROS_HEAD, ros_rows
+        from bench.ros import ros_rows  # rclpy is there only where it is wanted
 
-        report.add('Node', 'From target to answer over DDS.', [ROS_HEAD, *ros_rows(arguments.robots[0])])
+        for title, text, table in ros_rows(arguments.robots[0]):
+            report.add(title, text, table)
 
 
 def measure_solves(arguments: argparse.Namespace, report: Report) -> None:

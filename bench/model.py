@@ -16,9 +16,10 @@ FAST = 3.0  # rad/s or m/s, for libraries that insist on a velocity limit
 
 
 def make_model(arm: Arm, source: str, folder: Path) -> Model:
-    """Write the arm's URDF into a folder and return the arm as plain data."""
+    """Write the arm's URDF into a folder and return the arm as plain data; without URDF where it is not plain."""
     path = folder / f'arm{len(list(folder.iterdir()))}.urdf'
-    path.write_text(urdf_of(arm))
+    if is_plain(arm):
+        path.write_text(urdf_of(arm))
     arrays = arm.placements, arm.prismatic, arm.lower, arm.upper
     return Model(arm.name, source, str(path), *(array.tolist() for array in arrays))
 

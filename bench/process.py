@@ -29,7 +29,7 @@ class WorkerProcess:
         self.library = library
         environment = {**os.environ, 'PYTHONPATH': str(ROOT), 'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
         self._process = subprocess.Popen(
-            [python, '-W', 'ignore', '-m', 'bench.worker', library],
+            [python, '-P', '-W', 'ignore', '-m', 'bench.worker', library],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -37,9 +37,10 @@ class WorkerProcess:
         )
         self._reply()
 
-    def load(self, model: Model, options: dict[str, Any]) -> dict[str, Any]:
-        """Load an arm; return {'solvers': names, 'version': text} or {'unsupported': reason}."""
-        return self._ask({'request': 'load', 'model': asdict(model), 'options': options})[0]
+    def load(self, model: Model, options: dict[str, Any]) -> tuple[list[str], str]:
+        """Load an arm; return the names of the solvers and the library's version."""
+        header = self._ask({'request': 'load', 'model': asdict(model), 'options': options})[0]
+        return header['solvers'], header['version']
 
     def forward(self, solver: str, q: np.ndarray) -> np.ndarray:
         """Return the poses (N, 4, 4) of configurations (N, n) by the library's forward kinematics."""
@@ -57,6 +58,8 @@ class WorkerProcess:
             self._process.wait(timeout=5.0)
         except subprocess.TimeoutExpired:
             self._process.kill()
+            self._process.wait()
+        self._process.stdout.close()
 
     def _ask(self, header: dict[str, Any], *arrays: np.ndarray) -> tuple[dict[str, Any], list[np.ndarray]]:
         with suppress(BrokenPipeError):  # the reply, or its absence, says more

@@ -14,12 +14,13 @@ from tqdm import tqdm
 from bench.cases import make_case
 from bench.judge import Judge
 from bench.measure import Entry, Run, check_models, run_case
-from bench.model import make_model
-from bench.process import WorkerProcess
+from bench.model import is_plain, make_model
+from bench.process import WorkerError, WorkerProcess
 from bench.solver import Model
 from ros_ik_pkg.ik import Arm, SolveOptions, load_arm, solve_batch
 
 BATCH_REPEATS = 5
+BATCH_POSES = 10000
 BATCH_HEAD = ['arm', 'poses', 'us per pose, 1 worker', 'us per pose, 2 workers', 'ratio']
 
 Texts = dict[str, str]
@@ -31,35 +32,35 @@ def run_solves(arguments: Namespace, processes: list[WorkerProcess]) -> Iterator
         for source in arguments.robots:
             arm = load_arm(source)
             judge = Judge(arm)
-            entries, absent, versions = load_all(processes, make_model(arm, source, Path(folder)), arguments)
+            entries, absent, versions = load_all(processes, arm, make_model(arm, source, Path(folder)), arguments)
             check_models(judge, entries)
             runs = []
-            for kind in arguments.cases:
-                case = make_case(arm, kind, arguments.count)
-                if not len(case):
-                    continue
-                with tqdm(total=len(case) * len(entries), desc=f'{arm.name} {kind}', leave=False) as bar:
-                    runs += run_case(judge, case, entries, bar.update)
+            for case in (make_case(arm, kind, arguments.count) for kind in arguments.cases):
+                with tqdm(total=len(case) * len(entries), desc=f'{arm.name} {case.kind}', leave=False) as bar:
+                    runs += run_case(judge, case, entries, bar.update) if len(case) else []
             yield runs, absent, versions
 
 
 def load_all(
-    processes: list[WorkerProcess], model: Model, arguments: Namespace
+    processes: list[WorkerProcess], arm: Arm, model: Model, arguments: Namespace
 ) -> tuple[list[Entry], Texts, Texts]:
     """Load an arm in every process; return the solvers that take it, and of the others why not."""
     entries, absent, versions = [], {}, {}
     for process in processes:
-        reply = process.load(model, arguments.set if process.library == 'ours' else {})
-        if 'unsupported' in reply:
-            absent[process.library] = reply['unsupported']
+        ours = process.library == 'ours'
+        if not ours and not is_plain(arm):
+            absent[process.library] = 'takes no mimic joints'
             continue
-        versions[process.library] = reply['version']
-        names = [name for name in reply['solvers'] if process.library != 'ours' or name in arguments.methods]
-        entries += [Entry(name, process, name) for name in names]
+        try:
+            names, versions[process.library] = process.load(model, arguments.set if ours else {})
+        except WorkerError as problem:
+            absent[process.library] = str(problem)
+            continue
+        entries += [Entry(name, process, name) for name in names if not ours or name in arguments.methods]
     return entries, absent, versions
 
 
-def batch_row(arm: Arm, count: int, options: SolveOptions) -> list[str]:
+def batch_row(arm: Arm, options: SolveOptions, count: int = BATCH_POSES) -> list[str]:
     """Measure solve_batch on one worker and on two, in turns; return a row of BATCH_HEAD."""
     case = make_case(arm, 'reachable', count)
     best = {1: np.inf, 2: np.inf}

@@ -36,11 +36,8 @@ class Worker:
         self.solvers: dict[str, Solver] = {}
 
     def load(self, model: dict[str, Any], options: dict[str, Any]) -> tuple[Any, ...]:
-        """Make the solvers for an arm; answer with their names, or with why there are none."""
-        try:
-            self.solvers = self.make(Model(**model), options)
-        except UnsupportedError as problem:
-            return {'unsupported': str(problem)},
+        """Make the solvers for an arm; answer with their names."""
+        self.solvers = self.make(Model(**model), options)
         return {'solvers': list(self.solvers), 'version': self.version},
 
     def forward(self, q: np.ndarray, solver: str) -> tuple[Any, ...]:
@@ -65,6 +62,8 @@ def main() -> None:
         header, arrays = message
         try:
             send(replies, *getattr(worker, header.pop('request'))(*arrays, **header))
+        except UnsupportedError as problem:
+            send(replies, {'failure': str(problem)})
         except Exception as problem:
             send(replies, {'failure': f'{type(problem).__name__}: {problem}'})
     return None

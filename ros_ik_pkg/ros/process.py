@@ -46,7 +46,7 @@ def _give_up(error: Exception, code: int) -> int:
 
 def _spin(node: Node, flag: StopFlag) -> None:
     """Handle events until a signal comes; an error in one callback is logged and ends nothing."""
-    executor = _make_executor()
+    executor = make_executor()
     executor.add_node(node)
     gc.freeze()  # what is here now stays: the collector need not look at it again between two targets
     while not flag.stopped:
@@ -57,7 +57,7 @@ def _spin(node: Node, flag: StopFlag) -> None:
     executor.remove_node(node)
 
 
-def _make_executor() -> Executor:
+def make_executor() -> Executor:
     """Return the executor with the shortest delay that this rclpy has; both handle one callback at a time."""
     try:
         from rclpy.experimental import EventsExecutor

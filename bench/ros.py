@@ -1,0 +1,165 @@
+"""Round trips over ROS, from a target to its answer: the IK node and a node that only echoes, in turns."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from tqdm import tqdm
+
+from bench.cases import make_case
+from bench.process import ROOT
+from ros_ik_pkg.ik import Arm, load_arm
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.process import make_executor
+from ros_ik_pkg.tools.client import NodeError, ros_node
+from ros_ik_pkg.tools.domain import own_domain
+from ros_ik_pkg.tools.send_target import pose_message
+
+ROS_HEAD = ['listeners', 'targets a second', 'node', 'p50 us', 'p99 us', 'p50 over echo', 'answered %', 'newest lost']
+START_HEAD = ['node', 'seconds from start to first answer']
+SIDES = ('echo', 'ik')  # namespaces of the two nodes
+RATES = (100, 1000)  # Hz
+SECONDS = 3.0  # of one stretch
+ROUNDS = 3
+STARTS = 3
+PATIENCE = 1.0  # s that the last answer of a stretch may take
+TIMEOUT = 120.0  # s for a node to answer at all
+LISTENERS: dict[str, tuple[str, ...]] = {
+    'none': (),
+    'result': ('~/result',),
+    'all': ('~/result', '~/iterations', '~/trace', '~/tcp_path'),
+}
+
+
+class Side:
+    """A node under measurement as its client sees it."""
+
+    def __init__(self, node: Node, name: str, poses: list[PoseStamped]) -> None:
+        self.name, self._poses = name, poses
+        self._arrived: dict[tuple[int, int], float] = {}
+        self._stretch = 0
+        topic, answers = interface.TARGET_POSE, interface.SOLUTION
+        self._targets = node.create_publisher(topic.type, f'/{name}/{topic.name}', topic.qos)
+        answer_name = f'/{name}/{answers.name.replace("~", interface.NODE_NAME)}'
+        node.create_subscription(answers.type, answer_name, self._on_answer, answers.qos)
+
+    def _on_answer(self, message: JointState) -> None:
+        stamp = message.header.stamp
+        self._arrived[stamp.sec, stamp.nanosec] = time.perf_counter()
+
+    def stretch(self, spin: Callable[[float], None], rate: float, count: int) -> np.ndarray:
+        """Send targets at a rate; return the round trip of each [s], NaN where it was passed over."""
+        self._stretch += 1
+        self._arrived.clear()
+        sent, begin = np.empty(count), time.perf_counter()
+        for k in range(count):
+            pose = self._poses[k % len(self._poses)]
+            pose.header.stamp.sec, pose.header.stamp.nanosec = self._stretch, k
+            while (left := begin + k / rate - time.perf_counter()) > 0.0:
+                spin(left)
+            sent[k] = time.perf_counter()
+            self._targets.publish(pose)
+        last = self._stretch, count - 1
+        while last not in self._arrived and time.perf_counter() < sent[-1] + PATIENCE:
+            spin(0.01)
+        arrived = np.array([self._arrived.get((self._stretch, k), np.nan) for k in range(count)])
+        return arrived - sent
+
+    def wait(self, spin: Callable[[float], None]) -> None:
+        """Wait until a target is answered."""
+        deadline = time.perf_counter() + TIMEOUT
+        while np.isnan(self.stretch(spin, 50.0, 1)[0]):
+            if time.perf_counter() > deadline:
+                raise NodeError(f'{self.name} did not answer within {TIMEOUT:g} s')
+
+
+def ros_rows(robot: str) -> Iterator[tuple[str, str, list[list[str]]]]:
+    """Measure round trips and starts; yield title, text and table of each."""
+    arm = load_arm(robot)
+    with own_domain(), ros_node('bench') as node:
+        executor = make_executor()
+        executor.add_node(node)
+        sides = [Side(node, name, poses_of(arm)) for name in SIDES]
+        with contextlib.ExitStack() as nodes:
+            for side in sides:
+                nodes.enter_context(running(command_of(side.name, arm, robot), side.name))
+            for side in sides:
+                side.wait(executor.spin_once)
+            rows = [row for name in LISTENERS for row in _measure(name, sides, executor.spin_once)]
+            yield 'Round trip over ROS', f'{arm.name}, a closed path, targets from another process.', [ROS_HEAD, *rows]
+        rows = [[side.name, _start_time(side, arm, robot, executor.spin_once)] for side in sides]
+        yield 'Start over ROS', 'With compiled code in its cache; median of several starts.', [START_HEAD, *rows]
+
+
+def poses_of(arm: Arm) -> list[PoseStamped]:
+    return [pose_message(target, arm.base_frame) for target in make_case(arm, 'tracking', 1000).targets]
+
+
+def command_of(side: str, arm: Arm, robot: str) -> list[str]:
+    """Return the command that starts one of the two nodes."""
+    if side == 'echo':
+        return ['bench.ros_nodes', 'echo', str(arm.n), '--ros-args']
+    parameters = f'robot:={robot}', 'seed_source:=last_solution'
+    return ['ros_ik_pkg.ros.ik_node', '--ros-args', *(word for text in parameters for word in ('-p', text))]
+
+
+@contextlib.contextmanager
+def running(module: list[str], namespace: str) -> Iterator[None]:
+    """Run a node in its own process and namespace."""
+    command = [sys.executable, '-m', *module, '-r', f'__ns:=/{namespace}', '--log-level', 'warn']
+    environment = {**os.environ, 'PYTHONPATH': str(ROOT)}
+    process = subprocess.Popen(command, cwd=ROOT, env=environment, start_new_session=True)
+    try:
+        yield
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(timeout=10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+
+
+def _measure(name: str, sides: list[Side], spin: Callable[[float], None]) -> list[list[str]]:
+    """Measure both nodes at every rate, in turns, while somebody listens to these topics of the IK node."""
+    with contextlib.ExitStack() as listening:
+        if LISTENERS[name]:
+            listening.enter_context(running(['bench.ros_nodes', 'listen', *LISTENERS[name], '--ros-args'], 'ik'))
+        for side in sides:
+            side.stretch(spin, 100.0, int(100 * SECONDS))  # also the time in which listeners are found
+        trips: dict[tuple[int, str], list[np.ndarray]] = {(rate, side.name): [] for rate in RATES for side in sides}
+        for _ in tqdm(range(ROUNDS), desc=f'listeners: {name}', leave=False):
+            for rate in RATES:
+                for side in sides:
+                    trips[rate, side.name].append(side.stretch(spin, rate, int(rate * SECONDS)))
+    return [_row(name, rate, side, trips[rate, side], trips[rate, SIDES[0]]) for rate, side in trips]
+
+
+def _row(listeners: str, rate: int, side: str, trips: list[np.ndarray], echo: list[np.ndarray]) -> list[str]:
+    """Write one row of ROS_HEAD."""
+    all_trips, median = np.concatenate(trips), np.nanmedian(np.concatenate(trips))
+    answered = np.isfinite(all_trips).mean()
+    lost = sum(bool(np.isnan(stretch[-1])) for stretch in trips)
+    ratio = median / np.nanmedian(np.concatenate(echo))
+    times = f'{1e6 * median:.0f}', f'{1e6 * np.nanpercentile(all_trips, 99):.0f}'
+    return [listeners, str(rate), side, *times, f'{ratio:.2f}', f'{100 * answered:.1f}', f'{lost} of {len(trips)}']
+
+
+def _start_time(side: Side, arm: Arm, robot: str, spin: Callable[[float], None]) -> str:
+    """Return the median time from the start of a process to its first answer [s]."""
+    times = []
+    for _ in range(STARTS):
+        began = time.perf_counter()
+        with running(command_of(side.name, arm, robot), side.name):
+            side.wait(spin)
+            times.append(time.perf_counter() - began)
+    return f'{np.median(times):.2f}'

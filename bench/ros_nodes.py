@@ -1,0 +1,55 @@
+"""The other nodes of the measurement over ROS: one that only echoes, one that only listens.
+
+    python -m bench.ros_nodes echo JOINTS --ros-args ...
+    python -m bench.ros_nodes listen TOPIC [TOPIC ...] --ros-args ...
+"""
+
+from __future__ import annotations
+
+import sys
+
+from geometry_msgs.msg import PoseStamped
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.process import run
+from ros_ik_pkg.ros.stop_flag import StopFlag
+
+
+class Echo(Node):
+    """Answers every target with joint positions that are always the same: what ROS itself takes."""
+
+    def __init__(self, joints: int) -> None:
+        super().__init__(interface.NODE_NAME)
+        self._names = [f'joint{k}' for k in range(joints)]
+        self._positions = [0.0] * joints
+        self._solution = interface.publisher(self, interface.SOLUTION)
+        topic = interface.TARGET_POSE
+        self.create_subscription(topic.type, topic.name, self._on_target, topic.qos)
+
+    def _on_target(self, target: PoseStamped) -> None:
+        self._solution.publish(JointState(header=target.header, name=self._names, position=self._positions))
+
+
+class Listener(Node):
+    """Subscribes to topics of the IK node and does nothing with them."""
+
+    def __init__(self, names: list[str]) -> None:
+        super().__init__('listener')
+        for topic in interface.TOPICS:
+            if topic.name in names:
+                name = topic.name.replace('~', interface.NODE_NAME)
+                self.create_subscription(topic.type, name, lambda message: None, topic.qos)
+
+
+def main() -> int:
+    """Run the node that the first argument names."""
+    role, *arguments = sys.argv[1:]
+    before = arguments[: arguments.index('--ros-args')]
+    makers = {'echo': lambda: Echo(int(before[0])), 'listen': lambda: Listener(before)}
+    return run(makers[role], StopFlag(), sys.argv)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
