@@ -41,7 +41,8 @@ def descend(geometry, task, tuning, patience, progress, stop_time, attempt, work
         position_error, orientation_error, norm = measure(task, R, p, work)
         fill_columns(geometry, work.axes, p, work.columns)
         weigh(task.weights, work.columns)
-        record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
+        if len(recorder.rows) > 0:
+            record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         if not norm < math.inf:
             return NOT_FINITE, k, position_error, orientation_error, norm
         if position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance:
@@ -63,7 +64,8 @@ def descend(geometry, task, tuning, patience, progress, stop_time, attempt, work
         if largest > FREE_STEP and cap > FREE_STEP:
             return DIVERGED, k, position_error, orientation_error, norm
         update(geometry, tuning, cap, work)
-        record_step(recorder, damping, work.dq)
+        if len(recorder.rows) > 0:
+            record_step(recorder, damping, work.dq)
         k += 1
 
 
@@ -85,7 +87,7 @@ def measure(task, R, p, work):
     return math.sqrt(position), math.sqrt(orientation), math.sqrt(total)
 
 
-@kernel
+@inlined
 def weigh(weights, columns):
     """Multiply the Jacobian's rows by the weights."""
     for r in range(ROWS):
@@ -94,7 +96,7 @@ def weigh(weights, columns):
                 columns[i, r] *= weights[r]
 
 
-@kernel
+@inlined
 def limited_step(geometry, tuning, norm, weights, work):
     """Take a step that pushes no joint beyond a limit on which it sits; return its damping.
 
@@ -104,13 +106,13 @@ def limited_step(geometry, tuning, norm, weights, work):
     if tuning.respect_limits > 0.0:
         apply_transpose(work.columns, work.e, work.dq)
         freeze_pushed(geometry, work)
-    damping = take_step(tuning, norm, weights, work)
-    while tuning.respect_limits > 0.0 and freeze_pushed(geometry, work):
+    while True:
         damping = take_step(tuning, norm, weights, work)
-    return damping
+        if not (tuning.respect_limits > 0.0 and freeze_pushed(geometry, work)):
+            return damping
 
 
-@kernel
+@inlined
 def freeze_pushed(geometry, work):
     """Take joints at a limit that dq pushes outwards out of the system; return whether there were any."""
     frozen = False
@@ -122,7 +124,7 @@ def freeze_pushed(geometry, work):
     return frozen
 
 
-@kernel
+@inlined
 def largest_component(dq):
     """Return max |dq_i|, NaN if any component is NaN."""
     largest = 0.0
@@ -135,7 +137,7 @@ def largest_component(dq):
     return largest
 
 
-@kernel
+@inlined
 def update(geometry, tuning, cap, work):
     """q <- q + step_size * dq with each joint's step capped, and then kept within the limits; dq becomes the step."""
     for i in range(len(work.q)):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
-from ros_ik_pkg.ik.records import unpack_model
+from ros_ik_pkg.ik.records import count_joints, unpack_model
 from ros_ik_pkg.ik.sincos import sincos
 
 
@@ -48,7 +48,7 @@ def place(R, p, rows, k):
     return turned, moved
 
 
-@kernel
+@inlined
 def walk(geometry, q, axes):
     """Return rotation and position of the tip; write axis z_i and a point p_i of every joint to `axes` (nj, 6)."""
     R = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -66,7 +66,7 @@ def walk(geometry, q, axes):
     return place(R, p, geometry.placements, joints)
 
 
-@kernel
+@inlined
 def fill_columns(geometry, axes, p, columns):
     """Write the Jacobian's columns [z x (p - p_i) ; z] or [z ; 0] as rows of `columns` (n, 6)."""
     columns[:] = 0.0
@@ -88,25 +88,35 @@ def fill_columns(geometry, axes, p, columns):
 
 
 @compiled
-def forward_kinematics(model, joints, q):
+def forward_kinematics(model, q):
     """Return the (4, 4) pose of the tip in the base frame [m]; `model` is what pack_model packed."""
-    geometry, _ = unpack_model(model, joints, len(q))
-    R, p = walk(geometry, q, np.empty((joints, 6)))
-    base_from_tip = np.zeros((4, 4))
+    base_from_tip = np.eye(4)
+    _write_pose(model, q, np.empty((count_joints(model, len(q)), 6)), base_from_tip)
+    return base_from_tip
+
+
+@kernel
+def _write_pose(model, q, axes, base_from_tip):
+    """Write rotation and position of the tip."""
+    geometry, _ = unpack_model(model, len(q))
+    R, p = walk(geometry, q, axes)
     for i in range(3):
         base_from_tip[i, 3] = p[i]
         for j in range(3):
             base_from_tip[i, j] = R[3 * i + j]
-    base_from_tip[3, 3] = 1.0
-    return base_from_tip
 
 
 @compiled
-def geometric_jacobian(model, joints, q):
+def geometric_jacobian(model, q):
     """Return the (6, n) geometric Jacobian of the tip, linear rows first, in base axes."""
-    geometry, _ = unpack_model(model, joints, len(q))
-    axes = np.empty((joints, 6))
     columns = np.empty((len(q), 6))
+    _write_columns(model, q, np.empty((count_joints(model, len(q)), 6)), columns)
+    return columns.T.copy()
+
+
+@kernel
+def _write_columns(model, q, axes, columns):
+    """Write the Jacobian by columns."""
+    geometry, _ = unpack_model(model, len(q))
     _, p = walk(geometry, q, axes)
     fill_columns(geometry, axes, p, columns)
-    return columns.T.copy()

@@ -50,7 +50,8 @@ class Option:
         kind = 'whole number' if isinstance(self.default, int) else 'number'
         count = f'a {kind} '
         if isinstance(self.default, tuple):
-            count = f'{len(self.default)} numbers, each ' if self.default else 'one number for each joint, or none, each '
+            how_many = f'{len(self.default)} numbers' if self.default else 'one number for each joint, or none'
+            count = f'{how_many}, each '
         return f'{count}from {self.minimum:g} to {self.maximum:g}' + (f' [{self.unit}]' if self.unit else '')
 
     def _refuse(self, value: Any) -> OptionError:
@@ -68,11 +69,11 @@ class Option:
 
     def _check_tuple(self, value: Any) -> tuple[float, ...]:
         try:
-            numbers = tuple(float(v) for v in value)
+            numbers = () if isinstance(value, str) else tuple(float(v) for v in value)
         except (TypeError, ValueError):
             raise self._refuse(value) from None
         count_fits = len(numbers) == len(self.default) or not self.default
-        if not count_fits or not all(self._in_range(v) for v in numbers):
+        if isinstance(value, str) or not count_fits or not all(self._in_range(v) for v in numbers):
             raise self._refuse(value)
         return numbers
 
@@ -187,11 +188,11 @@ class SolveOptions:
         object.__setattr__(self, 'numbers', self._numbers())
 
     def _numbers(self) -> np.ndarray:
-        """Give the options as the compiled code takes them: the fields of `records.Tuning`, then the task weights."""
+        """Give the options as the compiled code takes them: the fields of `records.Tuning`, task and joint weights."""
         values = [getattr(self, name) for name in Tuning._fields]
         values[Tuning._fields.index('method')] = METHODS.index(self.method)
         values[Tuning._fields.index('choice')] = CHOICES.index(self.choice)
-        return np.array([*values, *self.task_weights], dtype=np.float64)
+        return np.array([*values, *self.task_weights, *self.joint_weights], dtype=np.float64)
 
 
 def _declared() -> tuple[Option, ...]:

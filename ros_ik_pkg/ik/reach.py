@@ -10,6 +10,7 @@ counts as one point.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,7 +29,7 @@ def make_reach(geometry: Geometry) -> Reach:
         return Reach(tip[:3, 3].copy(), np.zeros(3), np.array([length, length]))
     lines = [(frames[k][:3, 3], frames[k][:3, 2]) for k in turning]
     points = _shorten(lines)
-    length += sum(float(np.linalg.norm(b - a)) for a, b in zip(points, points[1:]))
+    length += sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
     in_tip = tip[:3, :3].T @ (points[-1] - tip[:3, 3])
     return Reach(points[0], in_tip, np.array([length, length + float(np.linalg.norm(in_tip))]))
 

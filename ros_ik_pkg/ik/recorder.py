@@ -1,4 +1,4 @@
-"""Writes what an iteration was, when somebody wants to know; one comparison when nobody does."""
+"""Writes what an iteration was, when somebody wants to know."""
 
 from __future__ import annotations
 
@@ -17,11 +17,9 @@ assert TRACE_COLUMNS[STEP] == 'step_norm' and TRACE_COLUMNS[AT_LIMITS] == 'joint
 
 @kernel
 def record(recorder, geometry, attempt, iteration, position_error, orientation_error, norm, p, work):
-    """Append the iterate in work.q; its Jacobian is in work.columns."""
-    k = recorder.count[0]
-    if len(recorder.rows) == 0:
-        return
-    recorder.count[0] = k + 1
+    """Append the iterate in work.q, if there is room; its Jacobian is in work.columns."""
+    k = recorder.written[0]
+    recorder.written[0] = k + 1
     if k >= len(recorder.rows):
         return
     n = len(work.q)
@@ -38,8 +36,8 @@ def record(recorder, geometry, attempt, iteration, position_error, orientation_e
 @kernel
 def record_step(recorder, damping, step):
     """Complete the last row with the step that was taken from it."""
-    k = recorder.count[0] - 1
-    if not 0 <= k < len(recorder.rows):
+    k = recorder.written[0] - 1
+    if k >= len(recorder.rows):
         return
     square = 0.0
     for i in range(len(step)):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_ik_pkg.ik.compiled import compiled
+from ros_ik_pkg.ik.compiled import kernel
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
 
 TRACE_WIDTH = len(TRACE_COLUMNS)
@@ -57,6 +57,9 @@ class Tuning(NamedTuple):
     max_joint_jump: float
 
 
+TUNABLES = len(Tuning._fields)
+
+
 class Task(NamedTuple):
     """What is asked for: a pose in the base frame and the weights of its six error components."""
 
@@ -88,7 +91,7 @@ class Recorder(NamedTuple):
     """Where the iterates go when somebody wants them; without rows when nobody does."""
 
     rows: np.ndarray  # (k, TRACE_WIDTH + n + 3)
-    count: np.ndarray  # (1,) iterates that there were
+    written: np.ndarray  # (1,) iterates that there were
     U: np.ndarray  # (6, 6) scratch of the singular values
     W: np.ndarray  # (6, n)
     sigma: np.ndarray  # (6,)
@@ -99,9 +102,17 @@ def pack_model(geometry: Geometry, reach: Reach) -> np.ndarray:
     return np.concatenate([np.ravel(part).astype(np.float64) for part in (*geometry, *reach)])
 
 
-@compiled
-def unpack_model(model, joints, n):
-    """Return (Geometry, Reach), views of what pack_model packed for nj joints and n variables."""
+@kernel
+def count_joints(model, n):
+    """Return nj of a packed arm with n variables."""
+    return (len(model) - 20 - 3 * n) // 16
+
+
+@kernel
+def unpack_model(model, n):
+    """Return (Geometry, Reach), views of what pack_model packed for n variables. To be called by kernels only:
+    the views are not counted as references."""
+    joints = count_joints(model, n)
     a = 12 * (joints + 1)
     b = a + 4 * joints
     c = b + 3 * n
@@ -114,17 +125,24 @@ def unpack_model(model, joints, n):
     return geometry, Reach(model[c : c + 3], model[c + 3 : c + 6], model[c + 6 : c + 8])
 
 
-@compiled
-def make_workspace(joints, n, starts):
-    """Allocate a Workspace for nj joints, n variables and m starts."""
-    return Workspace(
-        np.empty((joints, 6)), np.empty((n, 6)), np.empty(6), np.empty(6), np.empty((6, 6)), np.empty(6),
-        np.empty((6, 6)), np.empty((6, n)), np.empty(6), np.empty(n), np.empty(n), np.empty(n),
-        np.empty(starts, np.float32), np.empty(2, np.int64),
+@kernel
+def buffer_size(joints, n):
+    """Return how many numbers make_records cuts up."""
+    return 138 + 6 * joints + 22 * n
+
+
+@kernel
+def make_records(joints, n, buffer, scores, integers, rows):
+    """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
+
+    To be called by kernels only, as unpack_model.
+    """
+    a, b, c, d = 138 + 6 * joints, 138 + 6 * joints + 6 * n, 138 + 6 * joints + 18 * n, 138 + 6 * joints + 21 * n
+    squares, sixes = buffer[:108].reshape(3, 6, 6), buffer[108:138].reshape(5, 6)
+    by_row, vectors = buffer[b:c].reshape(2, 6, n), buffer[c:d].reshape(3, n)
+    work = Workspace(
+        buffer[138:a].reshape(joints, 6), buffer[a:b].reshape(n, 6),
+        sixes[0], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
+        vectors[0], vectors[1], vectors[2], scores, integers[:2],
     )  # fmt: skip
-
-
-@compiled
-def make_recorder(rows, n):
-    """Put the rows to write to and the scratch that they need together."""
-    return Recorder(rows, np.zeros(1, np.int64), np.empty((6, 6)), np.empty((6, n)), np.empty(6))
+    return work, Recorder(rows, integers[2:], squares[2], by_row[1], sixes[4]), buffer[d:].reshape(1, n)

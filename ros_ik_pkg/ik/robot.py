@@ -94,11 +94,11 @@ class Arm:
 
     def forward(self, q: np.ndarray) -> np.ndarray:
         """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
-        return forward_kinematics(self.packed, len(self.prismatic), self._check(q))
+        return forward_kinematics(self.packed, self._check(q))
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
-        return geometric_jacobian(self.packed, len(self.prismatic), self._check(q))
+        return geometric_jacobian(self.packed, self._check(q))
 
     def base_from_frame(self, frame: str, positions: Mapping[str, float]) -> np.ndarray:
         """Pose of any frame of the robot in the base frame.

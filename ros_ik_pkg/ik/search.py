@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, descend, measure
+from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, STALLED, descend, measure
 from ros_ik_pkg.ik.clock import now
-from ros_ik_pkg.ik.compiled import kernel
+from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.reach import out_of_reach
@@ -48,20 +48,23 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     steps, attempts, found, news = 0, 0, 0, 0
     while True:
         patience, progress = HURRIED if attempts < hurried else PATIENT
-        status, taken, _, _, norm = descend(
+        status, taken, position_error, orientation_error, norm = descend(
             geometry, task, tuning, patience, progress, stop_time, attempts, work, recorder
         )
         steps += taken
         attempts += 1
-        if status == CONVERGED and unwrapped_holds(geometry, task, tuning, reference, work):
+        if status == CONVERGED:
+            if unwrap(geometry, work.q, reference):
+                position_error, orientation_error, norm = errors_at(geometry, task, work)
             rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
+            if int(tuning.choice) == FIRST and rank < TOO_FAR and holds(position_error, orientation_error, tuning):
+                assign(answers[0], work.q)
+                return CONVERGED, steps, attempts, 1, position_error, orientation_error
             before = ranks[0]
             count = keep_answer(geometry, work.q, rank, answers, ranks, found)
             if count > found or ranks[0] < before:
                 news = attempts
             found = count
-            if int(tuning.choice) == FIRST and rank < TOO_FAR:
-                break
         elif norm < best_norm or attempts == 1:
             best_norm, failure = norm, status
             assign(work.best, work.q)
@@ -72,19 +75,31 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
         next_start(starts, task, scale, attempts, work)
     if found == 0 and not lone:
         assign(work.q, work.best)
-        polished, taken, _, _, _ = descend(
+        failure, taken, _, _, _ = descend(
             geometry, task, tuning, PATIENT[0], PATIENT[1], stop_time, attempts, work, recorder
         )
         steps += taken
-        if polished == CONVERGED and unwrapped_holds(geometry, task, tuning, reference, work):
+        if failure == CONVERGED:
+            unwrap(geometry, work.q, reference)
             rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
             found = keep_answer(geometry, work.q, rank, answers, ranks, 0)
-        failure = DEADLINE if late else UNREACHABLE if hopeless else polished
+        elif late:
+            failure = DEADLINE
+        elif hopeless:
+            failure = UNREACHABLE
     if found > 0:
         assign(work.q, answers[0])
         failure = CONVERGED if ranks[0] < TOO_FAR else JOINT_JUMP
     position_error, orientation_error, _ = errors_at(geometry, task, work)
+    if failure == CONVERGED and not holds(position_error, orientation_error, tuning):
+        failure = STALLED
     return failure, steps, attempts, count_near(ranks, found), position_error, orientation_error
+
+
+@inlined
+def holds(position_error, orientation_error, tuning):
+    """Return whether both errors are within tolerance."""
+    return position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
 
 
 @kernel
@@ -95,35 +110,35 @@ def errors_at(geometry, task, work):
 
 
 @kernel
-def unwrapped_holds(geometry, task, tuning, reference, work):
-    """Turn joints by whole turns towards the reference; return whether the answer then still is one."""
-    unwrap(geometry, work.q, reference)
-    position_error, orientation_error, _ = errors_at(geometry, task, work)
-    return position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
-
-
-@kernel
 def unwrap(geometry, q, reference):
-    """Replace angles that may turn round by their equivalents nearest the reference and within the limits."""
+    """Replace angles that may turn round by their equivalents nearest the reference and within the limits.
+
+    Returns whether any changed.
+    """
+    changed = False
     for i in range(len(q)):
-        if geometry.wraps[i]:
-            angle = q[i] + TURN * math.floor((reference[i] - q[i]) / TURN + 0.5)
-            if angle > geometry.upper[i]:
-                angle -= TURN * math.ceil((angle - geometry.upper[i]) / TURN)
-            if angle < geometry.lower[i]:
-                angle += TURN * math.ceil((geometry.lower[i] - angle) / TURN)
-            if geometry.lower[i] <= angle <= geometry.upper[i]:
-                q[i] = angle
+        if not geometry.wraps[i]:
+            continue
+        angle = q[i] + TURN * math.floor((reference[i] - q[i]) / TURN + 0.5)
+        if angle > geometry.upper[i]:
+            angle -= TURN * math.ceil((angle - geometry.upper[i]) / TURN)
+        if angle < geometry.lower[i]:
+            angle += TURN * math.ceil((geometry.lower[i] - angle) / TURN)
+        if angle != q[i] and geometry.lower[i] <= angle <= geometry.upper[i]:
+            q[i] = angle
+            changed = True
+    return changed
 
 
 @kernel
 def rank_answer(q, reference, joint_weights, max_joint_jump):
-    """Return the weighted distance of q from the reference; answers beyond max_joint_jump rank behind all others."""
+    """Return the distance of q from the reference, weighted if there are weights, plus TOO_FAR beyond the jump."""
     square, largest = 0.0, 0.0
     for i in range(len(q)):
         gap = abs(q[i] - reference[i])
         largest = max(largest, gap)
-        square += (joint_weights[i] * gap) ** 2
+        weighted = gap * joint_weights[i] if len(joint_weights) > 0 else gap
+        square += weighted * weighted
     beyond = max_joint_jump > 0.0 and largest > max_joint_jump
     return math.sqrt(square) + (TOO_FAR if beyond else 0.0)
 

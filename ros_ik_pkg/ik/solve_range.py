@@ -12,7 +12,7 @@ from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kinematics import fill_columns, walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import singular_figures
-from ros_ik_pkg.ik.records import Task, Tuning, make_recorder, make_workspace, unpack_model
+from ros_ik_pkg.ik.records import TUNABLES, Task, Tuning, buffer_size, count_joints, make_records, unpack_model
 from ros_ik_pkg.ik.search import search, unwrap
 
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose
@@ -28,28 +28,36 @@ FIGURES = 11
 
 
 @compiled
-def solve_range(
-    model, joints, starts, numbers, joint_weights, targets, seeds, references, first, last, out, answers, rows,
-):  # fmt: skip
-    """Solve rows first..last-1 of targets (N, 4, 4) from seeds (N, n) against references (N, n).
+def solve_range(model, starts, numbers, targets, seeds, references, out, answers, rows):
+    """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
 
     Writes to out (N, n + FIGURES): q, then the figures. `answers` (k, n) receives the k nearest answers of the last
-    row, `rows` every iterate if there is room; both may be of length 0.
+    row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
     """
-    n, tunables = seeds.shape[1], len(numbers) - 6
-    geometry, reach = unpack_model(model, joints, n)
-    tuning, weights = tuning_of(numbers), numbers[tunables:]
-    work = make_workspace(joints, n, starts.shape[1])
-    recorder = make_recorder(rows, n)
-    kept = answers if len(answers) > 0 else np.empty((1, n))
-    ranks = np.empty(len(kept))
-    for k in range(first, last):
+    n = out.shape[1] - FIGURES
+    buffer = np.empty(buffer_size(count_joints(model, n), n))
+    scores = np.empty(starts.shape[1], np.float32)
+    ranks, integers = np.empty(max(1, len(answers))), np.zeros(3, np.int64)
+    solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, buffer, scores, ranks, integers)
+    return integers[2]
+
+
+@kernel
+def solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, buffer, scores, ranks, integers):
+    """Do what solve_range says, with its memory."""
+    n = out.shape[1] - FIGURES
+    geometry, reach = unpack_model(model, n)
+    work, recorder, one = make_records(len(geometry.prismatic), n, buffer, scores, integers, rows)
+    kept = answers if len(answers) > 0 else one
+    tuning, weights, joint_weights = tuning_of(numbers), numbers[TUNABLES : TUNABLES + 6], numbers[TUNABLES + 6 :]
+    for k in range(len(out)):
         began = now(work.clock)
-        q, row, T = out[k, :n], out[k, n:], targets[k]
-        q[:] = seeds[k]
+        q, row, T = out[k, :n], out[k, n:], targets[4 * k : 4 * k + 4]
+        seed, reference = seeds[k * n : k * n + n], references[k * n : k * n + n]
+        assign(q, seed)
         row[:] = math.nan
         row[STATUS] = NOT_AN_ARGUMENT
-        if not (is_pose(T) and finite(seeds[k]) and finite(references[k])):
+        if not (is_pose(T) and finite(seed) and finite(reference)):
             continue
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
@@ -57,17 +65,16 @@ def solve_range(
         R = (T[0, 0], T[0, 1], T[0, 2], T[1, 0], T[1, 1], T[1, 2], T[2, 0], T[2, 1], T[2, 2])
         task = Task(R, (T[0, 3], T[1, 3], T[2, 3]), weights)
         status, steps, attempts, found, position_error, orientation_error = search(
-            geometry, starts, reach, task, tuning, references[k], joint_weights, kept, ranks, work, recorder
+            geometry, starts, reach, task, tuning, reference, joint_weights, kept, ranks, work, recorder
         )
         assign(q, work.q)
         row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts
         row[POSITION_ERROR], row[ORIENTATION_ERROR] = position_error, orientation_error
-        row[JOINT_DISTANCE] = largest_gap(q, references[k])
+        row[JOINT_DISTANCE] = largest_gap(q, reference)
         row[LIMITS_MASK] = limits_mask(geometry, q)
         if status != CONVERGED:
             row[SIGMA_MIN] = sigma_min(geometry, weights, work, recorder)
         row[TIME] = now(work.clock) - began
-    return recorder.count[0]
 
 
 @inlined

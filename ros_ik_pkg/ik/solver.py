@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from ros_ik_pkg.ik.chain import MAX_VARIABLES
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.records import TRACE_WIDTH
@@ -76,22 +75,23 @@ def solve(
     """
     options = options or DEFAULT_OPTIONS
     n = arm.n
-    goal = _items(target if isinstance(target, np.ndarray) else _matrix(target), 'target', (4, 4))
-    start = _items(arm.home if seed is None else seed, 'seed', (n,))
-    origin = start if reference is None else _items(reference, 'reference', (n,))
+    goal = target if _is_array(target, (4, 4)) else _array(_matrix(target), 'target', (4, 4))
+    start = arm.home if seed is None else seed
+    if not _is_array(start, (n,)):
+        start = _array(start, 'seed', (n,))
+    origin = start if reference is None else _array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
     out = np.empty((1, n + FIGURES))
-    count = solve_range(
-        arm.packed, len(arm.prismatic), arm.starts, options.numbers, _joint_weights(options, n), goal, start, origin,
-        0, 1, out, answers, rows,
-    )  # fmt: skip
-    row = out[0]
-    status, found, steps, attempts, position, orientation, distance, sigma_min, mask, clipped, seconds = row[n:].tolist()
+    if len(options.joint_weights) not in (0, n):
+        raise _weights_error(options, n)
+    count = solve_range(arm.packed, arm.starts, options.numbers, goal, start, origin, out, answers, rows)
+    figures = out[0].tolist()[n:]
+    status, found, steps, attempts, position, orientation, distance, sigma_min, mask, clipped, seconds = figures
     if status < 0.0:
         raise _argument_error(target, seed, reference)
     return Solution(
-        row[:n], STATUSES[int(status)], position, orientation, int(steps), int(attempts), distance, sigma_min,
+        out[0, :n], STATUSES[int(status)], position, orientation, int(steps), int(attempts), distance, sigma_min,
         int(mask), clipped > 0.0, seconds,
         answers[: int(found)] if options.choice == 'all' else None,
         _trace(rows, count, n) if trace else None,
@@ -145,16 +145,22 @@ def solve_batch(
 
     """
     options = options or DEFAULT_OPTIONS
-    goals = _array(targets, 'targets', (4, 4))
+    goals = _array(targets, 'targets', (None, 4, 4))
     count = len(goals)
+    flat = goals.reshape(4 * count, 4)
     starts = _rows(arm.home if seeds is None else seeds, count, arm.n, 'seeds')
     origins = starts if references is None else _rows(references, count, arm.n, 'references')
     out = np.empty((count, arm.n + FIGURES))
-    shared = arm.packed, len(arm.prismatic), arm.starts, options.numbers, _joint_weights(options, arm.n)
+    if len(options.joint_weights) not in (0, arm.n):
+        raise _weights_error(options, arm.n)
 
-    def run(chunk: range) -> int:
-        solve_range(*shared, goals, starts, origins, chunk.start, chunk.stop, out, NOTHING, NOTHING)
-        return len(chunk)
+    def run(chunk: slice) -> int:
+        a, b = chunk.start, chunk.stop
+        solve_range(
+            arm.packed, arm.starts, options.numbers, flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n],
+            origins[a * arm.n : b * arm.n], out[a:b], NOTHING, NOTHING,
+        )  # fmt: skip
+        return b - a
 
     threads = workers or len(os.sched_getaffinity(0))
     with ThreadPoolExecutor(threads) as pool:
@@ -165,7 +171,8 @@ def solve_batch(
     bad = np.flatnonzero(figures[STATUS] < 0.0)
     if len(bad):
         k = int(bad[0])
-        raise ArgumentError(f'row {k}: {_argument_error(goals[k], starts[k], origins[k])}')
+        rows = slice(k * arm.n, (k + 1) * arm.n)
+        raise ArgumentError(f'row {k}: {_argument_error(goals[k], starts[rows], origins[rows])}')
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,
@@ -193,16 +200,9 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     return time.monotonic() - began
 
 
-_ONES = [np.ones(n) for n in range(MAX_VARIABLES + 1)]
-
-
-def _joint_weights(options: SolveOptions, n: int) -> np.ndarray:
-    """Return (n,) weights of the joint-space distance."""
-    if not options.joint_weights:
-        return _ONES[n]
-    if len(options.joint_weights) != n:
-        raise ArgumentError(f'joint_weights has {len(options.joint_weights)} numbers; expected {n}, one for each joint')
-    return np.array(options.joint_weights)
+def _weights_error(options: SolveOptions, n: int) -> ArgumentError:
+    """Say that the weights belong to another arm."""
+    return ArgumentError(f'joint_weights has {len(options.joint_weights)} numbers; expected {n}, one for each joint')
 
 
 def _matrix(target: Any) -> Any:
@@ -210,33 +210,30 @@ def _matrix(target: Any) -> Any:
     return getattr(target, 'homogeneous', target)
 
 
-def _items(value: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Return one item as an array of one item, (1, *shape)."""
-    if type(value) is np.ndarray and value.shape == shape and value.dtype == FLOAT:
-        flags = value.flags
-        if flags.c_contiguous and flags.writeable:
-            return value.reshape(1, *shape)
-    return _array([value], name, shape)
+def _is_array(value: Any, shape: tuple[int, ...]) -> bool:
+    """Return whether the compiled code can take the value as it is; the quick way through `solve`."""
+    return type(value) is np.ndarray and value.shape == shape and value.dtype is FLOAT and value.flags.carray
+
+
+def _array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
+    """Return the value as a float64 array of the given shape (None: any length), or raise ArgumentError."""
+    try:
+        array = np.array(value, dtype=np.float64, order='C')
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(f'{name} is not an array of numbers: {error}') from None
+    fits = len(array.shape) == len(shape) and all(want in (None, got) for got, want in zip(array.shape, shape))
+    if not fits:
+        wanted = ', '.join('N' if length is None else str(length) for length in shape)
+        raise ArgumentError(f'{name} has shape {array.shape}; expected ({wanted}{"," if len(shape) == 1 else ""})')
+    return array
 
 
 def _rows(values: Any, count: int, n: int, name: str) -> np.ndarray:
-    """Return (count, n) configurations from as many rows, or from one for all."""
-    given = np.asarray(values)
-    array = _array(given if given.ndim == 2 else given[None], name, (n,))
-    if len(array) not in (1, count):
-        raise ArgumentError(f'{name} has {len(array)} rows; expected {count}, one for each target, or one for all')
-    return np.ascontiguousarray(np.broadcast_to(array, (count, n)))
-
-
-def _array(values: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Return values as a contiguous float64 array of items of the given shape, or raise ArgumentError."""
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f'{name} is not an array of numbers: {error}') from None
-    if array.shape[1:] != shape:
-        raise ArgumentError(f'{name} has shape {array.shape[1:]}; expected {shape}')
-    return array if array.flags.writeable else array.copy()
+    """Return (count * n,) numbers from as many rows, or from one for all."""
+    rows = _array(values if np.ndim(values) == 2 else [values], name, (None, n))
+    if len(rows) not in (1, count):
+        raise ArgumentError(f'{name} has {len(rows)} rows; expected {count}, one for each target, or one for all')
+    return np.broadcast_to(rows, (count, n)).ravel()
 
 
 def _argument_error(target: Any, seed: Any, reference: Any) -> ArgumentError:
@@ -251,10 +248,10 @@ def _argument_error(target: Any, seed: Any, reference: Any) -> ArgumentError:
     )
 
 
-def _chunks(count: int, threads: int) -> Iterator[range]:
+def _chunks(count: int, threads: int) -> Iterator[slice]:
     """Split 0..count-1 into pieces small enough to keep all threads busy to the end."""
     size = max(1, min(256, count // (8 * threads) + 1))
-    return (range(k, min(k + size, count)) for k in range(0, count, size))
+    return (slice(k, min(k + size, count)) for k in range(0, count, size))
 
 
 def _trace(rows: np.ndarray, count: int, n: int) -> Trace:

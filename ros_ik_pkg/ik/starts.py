@@ -14,7 +14,7 @@ import numpy as np
 from ros_ik_pkg.ik.compiled import compiled, kernel
 from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.pose_error import quaternion
-from ros_ik_pkg.ik.records import unpack_model
+from ros_ik_pkg.ik.records import count_joints, unpack_model
 
 COUNT = 1024
 HALF_TURN = math.pi
@@ -24,7 +24,7 @@ def make_starts(geometry, model):
     """Return (n + 7, COUNT) float32: rows of joint positions [rad, m], tip position [m] and quaternion."""
     lower, upper = sampling_range(geometry)
     q = np.ascontiguousarray(lower + (upper - lower) * r_sequence(COUNT, len(lower)))
-    poses = reach_poses(model, len(geometry.prismatic), q)
+    poses = reach_poses(model, q)
     return np.ascontiguousarray(np.hstack([q, poses]).T, dtype=np.float32)
 
 
@@ -58,18 +58,23 @@ def one_turn(lower, upper):
 
 
 @compiled
-def reach_poses(model, joints, q):
+def reach_poses(model, q):
     """Return (m, 7): tip position [m] and unit quaternion (w, x, y, z) of each configuration (m, n)."""
-    geometry, _ = unpack_model(model, joints, q.shape[1])
-    axes = np.empty((joints, 6))
     poses = np.empty((len(q), 7))
+    _write_poses(model, q, np.empty((count_joints(model, q.shape[1]), 6)), poses)
+    return poses
+
+
+@kernel
+def _write_poses(model, q, axes, poses):
+    """Write position and quaternion of each configuration."""
+    geometry, _ = unpack_model(model, q.shape[1])
     for k in range(len(q)):
         R, p = walk(geometry, q[k], axes)
         w, x, y, z = quaternion(R)
         length = math.sqrt(w * w + x * x + y * y + z * z)
         poses[k, 0], poses[k, 1], poses[k, 2] = p
         poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6] = w / length, x / length, y / length, z / length
-    return poses
 
 
 @kernel

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ros_ik_pkg.ik.compiled import kernel
+from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.linalg import ROWS, cholesky_solve, gram, svd
 
 TRANSPOSE, PINV, DLS, ADAPTIVE_DLS, SDLS = range(5)
@@ -18,32 +18,32 @@ RANK_TOLERANCE = 1e-10  # singular values below this are zeros to sdls
 TINY = 1e-300
 
 
-@kernel
+@inlined
 def take_step(tuning, error_norm, weights, work):
     """Write the step of the selected method to work.dq and return its damping; NaN to both where there is none."""
-    damping = _step(tuning, error_norm, weights, work)
-    if math.isnan(damping):
+    method = int(tuning.method)
+    if method == TRANSPOSE:
+        transpose_step(work)
+        return 0.0
+    if method == SDLS:
+        sdls_step(tuning.sdls_max_step, work)
+        return 0.0
+    damping = 0.0
+    if method == DLS:
+        damping = tuning.dls_damping
+    elif method == ADAPTIVE_DLS:
+        damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
+    if damping == 0.0 and fewer_joints_than_rows(weights, work.columns):
+        found = normal_equations_step(work)
+    else:
+        found = damped_step(damping, weights, work)
+    if not found:
         work.dq[:] = math.nan
+        return math.nan
     return damping
 
 
-@kernel
-def _step(tuning, error_norm, weights, work):
-    """Choose the rule."""
-    method = int(tuning.method)
-    if method == TRANSPOSE:
-        return transpose_step(work)
-    if method == PINV:
-        return pinv_step(weights, work)
-    if method == DLS:
-        return damped_step(tuning.dls_damping, weights, work)
-    if method == ADAPTIVE_DLS:
-        damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
-        return damped_step(damping, weights, work)
-    return sdls_step(tuning.sdls_max_step, work)
-
-
-@kernel
+@inlined
 def joint_step_cap(tuning):
     """Return the cap on one joint's step [rad or m]; the option, or the method's own where it is 0."""
     if tuning.max_joint_step > 0.0:
@@ -51,7 +51,7 @@ def joint_step_cap(tuning):
     return ADAPTIVE_JOINT_STEP if int(tuning.method) == ADAPTIVE_DLS else math.inf
 
 
-@kernel
+@inlined
 def apply_transpose(columns, y, dq):
     """Write dq = J^T y."""
     for i in range(len(columns)):
@@ -75,32 +75,32 @@ def transpose_step(work):
     alpha = top / bottom if bottom > TINY else 0.0
     for i in range(len(work.dq)):
         work.dq[i] *= alpha
-    return 0.0
 
 
-@kernel
+@inlined
 def damped_step(damping, weights, work):
-    """dq = J^T (J J^T + lambda^2 I)^-1 e; the row of a dropped axis gets a 1 and so stays out of the system."""
+    """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step where lambda is 0; return whether there is one.
+
+    The row of a dropped axis gets a 1 on the diagonal and so stays out of the system.
+    """
     for r in range(ROWS):
         work.diagonal[r] = damping * damping if weights[r] > 0.0 else 1.0
     gram(work.columns, work.diagonal, work.A)
     if not cholesky_solve(work.A, work.e, work.y):
-        return math.nan
+        return False
     apply_transpose(work.columns, work.y, work.dq)
-    return damping
+    return True
 
 
 @kernel
-def pinv_step(weights, work):
-    """dq = J^+ e, bare: J^T (J J^T)^-1 e, or (J^T J)^-1 J^T e where the task has more rows than joints are free."""
+def fewer_joints_than_rows(weights, columns):
+    """Return whether the task has more rows than joints are free: then J J^T is singular and J^T J is not."""
     rows, free = 0, 0
     for r in range(ROWS):
         rows += weights[r] > 0.0
-    for i in range(len(work.dq)):
-        free += moves(work.columns, i)
-    if free >= rows:
-        return damped_step(0.0, weights, work)
-    return _normal_equations_step(work)
+    for i in range(len(columns)):
+        free += moves(columns, i)
+    return free < rows
 
 
 @kernel
@@ -113,8 +113,11 @@ def moves(columns, i):
 
 
 @kernel
-def _normal_equations_step(work):
-    """Solve (J^T J) dq = J^T e over the free joints, fewer than six; unused rows get a 1 on the diagonal."""
+def normal_equations_step(work):
+    """dq = (J^T J)^-1 J^T e over the free joints, fewer than six; return whether there is one.
+
+    Rows that are left over get a 1 on the diagonal.
+    """
     A, y, columns = work.A, work.y, work.columns
     rhs = work.diagonal
     n, a = len(work.dq), 0
@@ -137,14 +140,14 @@ def _normal_equations_step(work):
             rhs[a] += columns[i, r] * work.e[r]
         a += 1
     if not cholesky_solve(A, rhs, y):
-        return math.nan
+        return False
     a = 0
     for i in range(n):
         work.dq[i] = 0.0
         if moves(columns, i):
             work.dq[i] = y[a]
             a += 1
-    return 0.0
+    return True
 
 
 @kernel
@@ -177,7 +180,6 @@ def sdls_step(max_step, work):
         for j in range(n):
             dq[j] += scale * W[i, j] / s
     clamp_largest(dq, max_step)
-    return 0.0
 
 
 @kernel
