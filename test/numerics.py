@@ -11,7 +11,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from ros_ik_pkg.ik import SolveOptions, load_arm
-from ros_ik_pkg.ik.records import Tuning, make_workspace
+from ros_ik_pkg.ik.records import Tuning, Workspace
 from ros_ik_pkg.ik.steps import take_step
 
 SIX_ROWS = np.ones(6)
@@ -116,9 +116,15 @@ def tuning(**options):
     return Tuning(*SolveOptions(**options).numbers[: len(Tuning._fields)].tolist())
 
 
+def workspace(n):
+    """A Workspace for a chain of n joints."""
+    shapes = [(n, 6), (n, 6), 6, 6, (6, 6), 6, (6, 6), (6, n), 6, n, n, n]
+    return Workspace(*map(np.empty, shapes), np.empty(1, np.float32), np.empty(2, np.int64))
+
+
 def step(method, J, e, weights=SIX_ROWS, **options):
     """Take one step of a method; J (6, n) and e (6,) are weighted already. Returns dq (n,) and its damping."""
-    work = make_workspace(1, J.shape[1], 1)
+    work = workspace(J.shape[1])
     work.columns[:], work.e[:] = J.T, e
     damping = take_step(tuning(method=method, **options), float(np.linalg.norm(e)), weights, work)
     return work.dq.copy(), damping
