@@ -26,3 +26,8 @@ def domain() -> Iterator[int]:
 def root() -> Path:
     """Path of the repository."""
     return ROOT
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that makes test_panel.py write the pictures of the README."""
+    parser.addoption('--screenshots', metavar='FOLDER', help='write screenshots of the panel there')

@@ -9,10 +9,10 @@ import viser
 from ros_ik_pkg.ik import Arm
 
 LINK_RADIUS = 0.028  # of the arm's size
-TAPER = 0.45  # how much thinner the last link is
+TAPER = 0.6  # how much thinner the last link is
 JOINT_RADIUS, JOINT_LENGTH = 1.5, 3.2  # of the link's radius
 SHORT = 0.02  # of the arm's size; what is shorter is hidden in the joint
-COLUMN = 0.7  # of the arm's size: how high the base stands where the file begins at the shoulder
+COLUMN = 0.5  # of the arm's size: how high the base stands where the file begins at the shoulder
 
 
 class ArmDrawing:

@@ -76,5 +76,6 @@ def _layout(title: str, theme: Theme) -> go.Layout:
         plot_bgcolor='rgba(0,0,0,0)',
         showlegend=False,
         xaxis=axis,
-        yaxis={**axis, 'type': 'log', 'range': [FLOOR, CEILING + 0.5], 'dtick': 2, 'exponentformat': 'power'},
+        yaxis={**axis, 'type': 'log', 'range': [FLOOR, CEILING + 0.5], 'dtick': 2, 'exponentformat': 'power',
+               'tickfont': {'size': 10}},
     )  # fmt: skip

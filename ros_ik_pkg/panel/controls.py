@@ -12,6 +12,7 @@ import viser
 from ros_ik_pkg.compare.problem import is_rotary, numbers_of, pose
 from ros_ik_pkg.compare.singular import bounds
 from ros_ik_pkg.ik import METHODS, Arm
+from ros_ik_pkg.panel.html import tip_html
 
 ROBOTS = ('puma560', 'ur5', 'panda', 'iiwa14')
 TOLERANCES = tuple(f'1e-{k}' for k in range(2, 9))
@@ -46,6 +47,8 @@ class Controls:
             self._add_presets()
             self._add_target()
             self._seed_folder = gui.add_folder('Seed')
+            with gui.add_folder('Tip of the solution'):
+                self._tip = gui.add_html('')
         with panel.add_tab('Parameters'):
             self._add_parameters()
         panel.dock_left()
@@ -159,6 +162,10 @@ class Controls:
         """Set the sliders to the seed (n,) [rad, m]."""
         for slider, value in zip(self._sliders, in_degrees(self._arm, seed).tolist()):
             slider.value = round(value, 4)
+
+    def show_tip(self, base_from_tip: np.ndarray) -> None:
+        """Show the pose (4, 4) of the solution's tip."""
+        self._tip.content = tip_html(numbers_of(base_from_tip))
 
     def show_target(self, target: np.ndarray) -> None:
         """Set the fields to the target (4, 4)."""

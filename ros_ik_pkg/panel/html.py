@@ -19,7 +19,8 @@ STYLE = """<style>
 .ik td { text-align: right; padding: 3px 6px; border-top: 1px solid rgba(128,128,128,.22); white-space: nowrap }
 .ik .runs :is(th, td):is(:first-child, :last-child) { text-align: left }
 .ik .dot { display: inline-block; width: 11px; height: 11px; border-radius: 50%; margin-right: 7px }
-.ik .node { font-weight: 600; font-size: 15px } .ik .active { font-weight: 650 }
+.ik .node { font-weight: 600; font-size: 15px } .ik .active td:first-child { font-weight: 650 }
+.ik .tip :is(th, td) { padding: 2px 3px; font-size: 13px }
 .ik .words { opacity: .8; min-height: 4.2em; margin-top: 4px }
 </style>"""
 HEADINGS = ('method', 'iterations', 'Δp [m]', 'ΔR [rad]', 'time [ms]', 'status')
@@ -76,4 +77,4 @@ def tip_html(numbers: np.ndarray) -> str:
         f'{x:.3f}', f'{y:.3f}', f'{z:.3f}', f'{roll:.1f}°', f'{pitch:.1f}°', f'{yaw:.1f}°'
     ))  # fmt: skip
     names = ''.join(f'<th>{name}</th>' for name in ('x', 'y', 'z', 'roll', 'pitch', 'yaw'))
-    return f'<div class="ik"><table data-testid="tip"><tr>{names}</tr><tr>{cells_of}</tr></table></div>'
+    return f'<div class="ik"><table class="tip" data-testid="tip"><tr>{names}</tr><tr>{cells_of}</tr></table></div>'

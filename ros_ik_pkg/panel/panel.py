@@ -118,7 +118,7 @@ class Panel:
         if set(self._arm.joint_names) <= set(answers.solution):
             q = np.array([answers.solution[name] for name in self._arm.joint_names])
             self._scene.go_to(q)
-            self._readings.show_tip(self._arm.forward(q))
+            self._controls.show_tip(self._arm.forward(q))
 
     def _use(self, arm: Arm) -> None:
         """Begin with another arm."""
@@ -127,7 +127,7 @@ class Panel:
         self._controls.show_arm(arm)
         self._problem = notes(arm)
         self._scene.show_arm(arm, self._problem.seed, self._problem.target)
-        self._readings.show_tip(arm.forward(self._problem.seed))
+        self._controls.show_tip(arm.forward(self._problem.seed))
         self._pose(self._problem)
 
     def _pose(self, problem: Problem) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ros_ik_pkg.compare.problem import Problem, make_problem
-from ros_ik_pkg.compare.singular import bounds, regular_configuration
+from ros_ik_pkg.compare.singular import bounds, regular_configuration, smallest_singular_value
 from ros_ik_pkg.ik import Arm
 
 SAMPLES = 48  # positions of a joint that are looked at
@@ -29,9 +29,9 @@ def stretched(arm: Arm) -> Problem:
 def wrist_singular(arm: Arm) -> Problem:
     """Start with the last axes but one in line, and aim where they would have to turn."""
     seed = notes(arm).seed
-    joint = max(arm.n - 2, 0)
-    seed = best_position(arm, seed, joint, lambda q: -np.linalg.svd(arm.jacobian(q), compute_uv=False)[-1])
-    seed[joint] = np.clip(np.round(seed[joint], 2) + OFF_SINGULAR, arm.lower[joint], arm.upper[joint])
+    for joint in range(arm.n - 2, 3, -1):  # with six joints the last but one alone; a redundant arm needs more
+        seed = best_position(arm, seed, joint, lambda q: -smallest_singular_value(arm, q))
+    seed[-2] = np.clip(np.round(seed[-2], 2) + OFF_SINGULAR, arm.lower[-2], arm.upper[-2])
     target = arm.forward(seed)
     target[:3, 3] += SHIFT * reach(arm)
     return Problem(arm, seed, target)

@@ -1,14 +1,12 @@
-"""What the page shows about the answers: status line, table, plots, the tip's pose."""
+"""What the page shows about the answers: status line, table, plots."""
 
 from __future__ import annotations
 
-import numpy as np
 import viser
 
-from ros_ik_pkg.compare.problem import numbers_of
 from ros_ik_pkg.panel.answers import Answers
 from ros_ik_pkg.panel.chart import DARK, LIGHT, errors_figure
-from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html, tip_html
+from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html
 
 WIDTH = 520  # pixels
 ASPECT = 0.52
@@ -30,8 +28,6 @@ class Readings:
                                    aspect=ASPECT)
             for column, title in PLOTS.items()
         }  # fmt: skip
-        with gui.add_folder('Tip of the solution'):
-            self._tip = gui.add_html('')
 
     def choose_theme(self, dark: bool) -> None:
         """Take the colours for a light or a dark page, from the next drawing on."""
@@ -52,7 +48,3 @@ class Readings:
     def show_problem(self, text: str) -> None:
         """Say what is wrong, instead of an answer."""
         self._status.content = status_html(text, False, '')
-
-    def show_tip(self, base_from_tip: np.ndarray) -> None:
-        """Show the pose (4, 4) of the tip."""
-        self._tip.content = tip_html(numbers_of(base_from_tip))

@@ -17,7 +17,7 @@ GHOST = (140, 150, 165)
 LIGHT_FLOOR, DARK_FLOOR = ((225, 228, 232), (200, 205, 211)), ((48, 51, 56), (66, 70, 77))
 PATH_WIDTH = 3.5  # pixels
 EASE = 0.3  # of the way to the solution that the arm goes in one tick
-TARGET_RADIUS, AXES, GIZMO = 0.018, 0.13, 0.22  # of the arm's size
+TARGET_RADIUS, AXES, GIZMO = 0.022, 0.13, 0.22  # of the arm's size
 
 
 class Scene:
@@ -98,9 +98,9 @@ class Scene:
 
     def _aim_camera(self, size: float, floor: float) -> None:
         """Look at the middle of what the arm can reach, from the front right."""
-        camera, middle = self._server.initial_camera, np.array([0.2 * size, 0.0, 0.25 * size + 0.45 * floor])
+        camera, middle = self._server.initial_camera, np.array([0.28 * size, 0.0, 0.2 * size + 0.3 * floor])
         camera.look_at = middle
-        camera.position = middle + size * np.array([1.7, -1.5, 0.8])
+        camera.position = middle + size * np.array([1.9, -1.7, 0.8])
         camera.fov = np.radians(40.0)
 
     def _add_floor(self, arm: Arm, size: float) -> None:

@@ -1,0 +1,217 @@
+"""The panel in a real browser, over a real node: what the page shows is what the node says.
+
+`scripts/test test/test_panel.py --screenshots docs` also writes the pictures of the README.
+"""
+
+from __future__ import annotations
+
+import signal
+import socket
+from pathlib import Path
+
+import pytest
+from browser import address, need_browser, open_page, running
+from ros_helpers import TIMEOUT, Client, allow_lark
+
+from ros_ik_pkg.compare.table import cells
+from ros_ik_pkg.ik import METHODS
+from ros_ik_pkg.panel.answers import run_of
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.tools.client import ros_node, values
+
+need_browser()
+pytestmark = allow_lark
+NODE = ('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', 'max_iterations:=2000', '-p', 'position_tolerance:=1e-6',
+        '-p', 'orientation_tolerance:=1e-6')  # fmt: skip
+
+ROWS = """() => [...document.querySelectorAll('[data-testid=comparison] tr[data-method]')]
+    .map(row => [...row.cells].map(cell => cell.innerText))"""
+
+
+class Listener(Client):
+    """Hears what the node says to the panel."""
+
+    def __init__(self, node, name: str = interface.NODE_NAME) -> None:
+        self.comparisons, self.results = [], []
+        super().__init__(node, name)
+        self._subscribe(interface.COMPARISON, self.comparisons.append)
+
+    def _on_result(self, message) -> None:
+        super()._on_result(message)
+        self.results.append(values(message.status[0]))
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture(scope='module')
+def node(tmp_path_factory):
+    """The IK node as a process that a test may kill: a function that starts it again."""
+    folder, processes = tmp_path_factory.mktemp('node'), []
+
+    class Restartable:
+        def start(self) -> None:
+            context = running(folder / f'{len(processes)}.log', *NODE)
+            processes.append((context, context.__enter__()))
+
+        def kill(self) -> None:
+            process = processes[-1][1]
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+
+    restartable = Restartable()
+    restartable.start()
+    yield restartable
+    for context, _ in processes:
+        context.__exit__(None, None, None)
+
+
+@pytest.fixture(scope='module')
+def listener(node):
+    with ros_node('test_panel') as ros:
+        client = Listener(ros)
+        client.connect(timeout=300.0)
+        yield client
+
+
+@pytest.fixture(scope='module')
+def page(node, listener, tmp_path_factory, request):
+    log = tmp_path_factory.mktemp('panel') / 'panel.log'
+    large = bool(request.config.getoption('--screenshots'))
+    with running(log, 'ros_ik_pkg.panel.panel_node', '--port', str(free_port())):
+        with open_page(address(log), *((1600, 950) if large else (1000, 640))) as page:
+            page.get_by_test_id('comparison').locator('tr[data-method]').nth(4).wait_for()
+            yield page
+
+
+@pytest.fixture
+def screenshot(page, request):
+    """A function that writes the page to a file, where --screenshots asks for it."""
+    folder = request.config.getoption('--screenshots')
+
+    def write(name: str) -> None:
+        if folder:
+            close = page.locator('.mantine-Notification-closeButton')
+            if close.count():
+                close.first.click()
+            page.wait_for_timeout(45e3)  # the software renderer draws a frame in seconds
+            page.screenshot(path=Path(folder) / name, timeout=200e3)
+
+    return write
+
+
+def rows(page) -> dict[str, list[str]]:
+    """Return what the table shows, by method."""
+    texts = page.evaluate(ROWS)  # at once: the table may be written anew at any time
+    return {text[0]: text[1:] for text in texts}
+
+
+def told_by(comparison) -> dict[str, list[str]]:
+    """Return what the table must show of a message on ~/comparison."""
+    runs = [run_of(values(status)) for status in comparison.status]
+    return {run.method: list(cells(run)[1:]) for run in runs}
+
+
+def wait_for_text(page, name: str, text: str) -> str:
+    """Wait until a part of the page holds a text, and return all of it."""
+    part = page.get_by_test_id(name)
+    part.filter(has_text=text).wait_for()
+    return part.inner_text()
+
+
+def press(page, name: str) -> None:
+    page.get_by_role('button', name=name, exact=True).click()
+
+
+def test_the_page_shows_the_five_methods_with_the_numbers_of_the_node(page, listener, screenshot):
+    listener.comparisons.clear()
+    press(page, 'Lecture notes')
+    listener.wait_for(lambda: listener.comparisons and rows(page) == told_by(listener.comparisons[-1]), 'equal tables')
+    assert list(rows(page)) == list(METHODS)  # with times in microseconds, which are never the same twice
+    screenshot('panel.png')
+
+
+def test_a_target_typed_into_a_field_is_solved(page, listener):
+    press(page, 'Lecture notes')
+    field = page.get_by_label('x y z [m]').first
+    field.fill('0.35')
+    field.press('Enter')
+    listener.wait_for(lambda: listener.results and abs(tip_x(listener) - 0.35) < 1e-3, 'a solution there')
+    assert '0.350' in wait_for_text(page, 'tip', '0.350')
+
+
+def tip_x(listener) -> float:
+    """Return where the newest solution puts the tip."""
+    from ros_ik_pkg.ik import load_arm
+
+    if not listener.solutions:
+        return float('nan')
+    newest = max(listener.solutions)
+    return float(load_arm('puma560').forward(listener.solutions[newest][-1].position)[0, 3])
+
+
+def test_at_the_singular_wrist_the_page_says_in_words_how_pinv_failed(page, screenshot):
+    press(page, 'Wrist singular')
+    words = wait_for_text(page, 'words', 'pinv diverged')
+    assert 'smallest singular value' in words and 'converged' in words
+    assert rows(page)['pinv'][-1] == 'diverged'
+    screenshot('panel_singular.png')
+
+
+def test_out_of_reach_the_page_says_so_and_no_method_converges(page):
+    press(page, 'Unreachable')
+    assert 'out of reach' in wait_for_text(page, 'node', 'out of reach')
+    assert 'converged' not in {row[-1] for row in rows(page).values()}
+
+
+def test_the_method_of_the_node_is_switched_from_the_page(page, listener):
+    press(page, 'Lecture notes')
+    page.get_by_role('tab', name='Parameters').click()
+    page.get_by_label('Node solves by').click()
+    page.get_by_role('option', name='sdls', exact=True).click()
+    listener.results.clear()
+    listener.wait_for(lambda: listener.results and listener.results[-1]['method'] == 'sdls', 'a result of sdls')
+    assert 'solved by sdls' in wait_for_text(page, 'node', 'sdls')
+    assert listener.parameter('method') == 'sdls'
+
+
+def test_methods_are_switched_off_on_the_page(page):
+    page.get_by_role('tab', name='Parameters').click()
+    page.get_by_label('transpose', exact=True).uncheck()
+    page.get_by_test_id('comparison').locator('tr[data-method=transpose]').wait_for(state='detached')
+    assert list(rows(page)) == [method for method in METHODS if method != 'transpose']
+    page.get_by_label('transpose', exact=True).check()
+    page.get_by_test_id('comparison').locator('tr[data-method=transpose]').wait_for()
+
+
+def test_a_dark_page_is_dark(page, screenshot):
+    page.get_by_role('tab', name='Parameters').click()
+    page.get_by_label('Dark page').check()
+    page.locator('[data-mantine-color-scheme=dark]').first.wait_for(state='attached')
+    page.get_by_role('tab', name='Task').click()
+    press(page, 'Arm stretched out')
+    screenshot('panel_dark.png')
+    page.get_by_role('tab', name='Parameters').click()
+    page.get_by_label('Dark page').uncheck()
+
+
+def test_another_robot_gets_sliders_of_its_own(page, listener):
+    page.get_by_role('tab', name='Task').click()
+    page.get_by_label('Robot').click()
+    page.get_by_role('option', name='panda', exact=True).click()
+    page.get_by_text('panda_joint7').wait_for()
+    listener.wait_for(lambda: listener.parameter('robot') == 'panda', 'the node with the panda')
+    wait_for_text(page, 'node', 'solved')
+
+
+def test_a_killed_node_is_missed_and_found_again_with_the_parameters_of_the_page(page, node, listener):
+    node.kill()
+    wait_for_text(page, 'node', 'no IK node')
+    node.start()
+    wait_for_text(page, 'node', 'solved by sdls')
+    listener.connect(timeout=TIMEOUT)
+    assert listener.parameter('robot') == 'panda'
+    assert listener.parameter('max_iterations') == 2000

@@ -1,0 +1,69 @@
+"""The parts of the panel that need neither browser nor ROS: presets, words, curves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ros_ik_pkg.compare import MethodRun, compare_methods, describe
+from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm
+from ros_ik_pkg.panel.html import node_words, status_html, table_html
+from ros_ik_pkg.panel.presets import PRESETS
+
+OPTIONS = SolveOptions(max_iterations=300)
+ROBOTS = ('puma560', 'ur5', 'panda', 'iiwa14')
+
+
+@pytest.mark.parametrize('robot', ROBOTS)
+@pytest.mark.parametrize('name', PRESETS)
+def test_every_preset_starts_within_the_limits_of_every_robot(name, robot):
+    arm = load_arm(robot)
+    problem = PRESETS[name](arm)
+    assert np.all((arm.lower <= problem.seed) & (problem.seed <= arm.upper))
+    np.testing.assert_allclose(problem.target[:3, :3] @ problem.target[:3, :3].T, np.eye(3), atol=1e-9)
+
+
+@pytest.mark.parametrize('robot', ROBOTS)
+def test_nothing_converges_on_the_unreachable_target(robot):
+    problem = PRESETS['Unreachable'](load_arm(robot))
+    runs = compare_methods(problem.arm, problem.target, problem.seed, METHODS, OPTIONS)
+    assert Status.CONVERGED not in {run.status for run in runs}
+
+
+@pytest.mark.parametrize('robot', ROBOTS)
+def test_the_wrist_of_the_singular_preset_is_nearly_singular(robot):
+    arm = load_arm(robot)
+    singular, notes = PRESETS['Wrist singular'](arm).seed, PRESETS['Lecture notes'](arm).seed
+    smallest = [np.linalg.svd(arm.jacobian(q), compute_uv=False)[-1] for q in (singular, notes)]
+    assert smallest[0] < 0.3 * smallest[1]
+
+
+def test_at_the_singular_wrist_of_the_puma_pinv_diverges_and_damping_does_not():
+    problem = PRESETS['Wrist singular'](load_arm('puma560'))
+    runs = {run.method: run for run in compare_methods(problem.arm, problem.target, problem.seed, METHODS, OPTIONS)}
+    assert runs['pinv'].status is Status.DIVERGED
+    assert runs['adaptive_dls'].status is runs['dls'].status is Status.CONVERGED
+    assert 'smallest singular value' in describe(list(runs.values()))
+
+
+def test_the_stretched_target_is_further_out_than_the_seed():
+    problem = PRESETS['Arm stretched out'](load_arm('puma560'))
+    seed_tip = problem.arm.forward(problem.seed)[:3, 3]
+    assert np.linalg.norm(problem.target[:3, 3]) > 1.3 * np.linalg.norm(seed_tip)
+
+
+def test_texts_of_the_node_cannot_become_markup():
+    assert '<script>' not in status_html('<script>', False, '<script>')
+
+
+def test_the_table_marks_the_node_s_own_method():
+    run = MethodRun('dls', Status.STALLED, 7, 0.1, 0.2, 1e-5, 0.3)
+    assert 'class=active' in table_html({'dls': run}, 'dls')
+    assert 'class=active' not in table_html({'dls': run}, 'sdls')
+
+
+def test_the_node_s_answer_is_told_in_words():
+    solved = {'outcome': 'solved', 'method': 'dls', 'iterations': '8', 'attempts': '1', 'solve_time': '1e-4'}
+    assert node_words(solved) == ('solved by dls in 8 iterations, 0.1 ms', True)
+    assert node_words({**solved, 'attempts': '3'})[0] == 'solved by dls in 8 iterations and 3 attempts, 0.1 ms'
+    assert node_words({'outcome': 'failed', 'message': 'out of reach'}) == ('failed: out of reach', False)
