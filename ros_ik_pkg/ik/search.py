@@ -26,6 +26,8 @@ PATIENT = (20, 0.999)
 HURRIED_ATTEMPTS = 50
 ATTEMPTS_OUT_OF_REACH = 4  # to find the closest approach of a target that is provably out of reach
 ATTEMPTS_WITHOUT_NEWS = 40  # before the nearest answer, or the list of all, counts as complete
+ATTEMPTS_NO_NEARER = 100  # before a target counts as out of reach: of 80000 reachable ones none took 70 in all
+NEARER = 0.999  # by which factor an approach must be nearer to count
 SAME_ANSWER = 1e-2  # rad or m between two answers that count as one
 TOO_FAR = 1e9  # added to the distance of answers beyond max_joint_jump: they come last
 TURN = 2.0 * math.pi
@@ -45,7 +47,7 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
-    steps, attempts, found, news = 0, 0, 0, 0
+    steps, attempts, found, news, nearer = 0, 0, 0, 0, 0
     while True:
         patience, progress = HURRIED if attempts < hurried else PATIENT
         status, taken, position_error, orientation_error, norm = descend(
@@ -66,9 +68,12 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
                 news = attempts
             found = count
         elif norm < best_norm or attempts == 1:
+            if not norm > NEARER * best_norm:
+                nearer = attempts
             best_norm, failure = norm, status
             assign(work.best, work.q)
         settled = found > 0 and attempts - news >= ATTEMPTS_WITHOUT_NEWS
+        settled = settled or (found == 0 and attempts - nearer >= ATTEMPTS_NO_NEARER)
         late = status == DEADLINE or (stop_time < math.inf and now(work.clock) > stop_time)
         if attempts >= budget or settled or late:
             break

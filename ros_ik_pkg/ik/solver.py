@@ -187,7 +187,7 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     """
     began = time.monotonic()
     notice = threading.Timer(
-        2.0, report, ['compiling the solver for this machine: once, about half a minute, kept for later starts']
+        2.0, report, ['compiling the solver for this machine: once, about a minute, kept for later starts']
     )
     notice.daemon = True
     notice.start()
