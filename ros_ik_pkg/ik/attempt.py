@@ -42,7 +42,7 @@ def descend(geometry, task, tuning, patience, progress, stop_time, attempt, work
         fill_columns(geometry, work.axes, p, work.columns)
         weigh(task.weights, work.columns)
         if len(recorder.rows) > 0:
-            record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
+            record(recorder, geometry, attempt, k, position_error, orientation_error, norm, task.weights, p, work)
         if not norm < math.inf:
             return NOT_FINITE, k, position_error, orientation_error, norm
         if position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance:

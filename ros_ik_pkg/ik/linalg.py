@@ -11,6 +11,7 @@ import math
 from ros_ik_pkg.ik.compiled import kernel
 
 ROWS = 6
+SINGULAR = 1e-14  # pivot over its diagonal element; less is what rounding leaves of zero
 MAX_SWEEPS = 30
 ORTHOGONAL = 1e-13  # cosine between two rows
 NOTHING = 1e-31  # square of a row over the square of all
@@ -42,9 +43,10 @@ def cholesky_solve(A, b, y):
     """Solve A y = b for a positive definite A (6, 6), which is overwritten; return whether it was one."""
     for j in range(ROWS):
         d = A[j, j]
+        rounding = SINGULAR * d
         for k in range(j):
             d -= A[j, k] * A[j, k]
-        if not d > 0.0:
+        if not d > rounding:
             return False
         A[j, j] = 1.0 / math.sqrt(d)
         for i in range(j + 1, ROWS):

@@ -16,7 +16,7 @@ assert TRACE_COLUMNS[STEP] == 'step_norm' and TRACE_COLUMNS[AT_LIMITS] == 'joint
 
 
 @kernel
-def record(recorder, geometry, attempt, iteration, position_error, orientation_error, norm, p, work):
+def record(recorder, geometry, attempt, iteration, position_error, orientation_error, norm, weights, p, work):
     """Append the iterate in work.q, if there is room; its Jacobian is in work.columns."""
     k = recorder.written[0]
     recorder.written[0] = k + 1
@@ -27,7 +27,7 @@ def record(recorder, geometry, attempt, iteration, position_error, orientation_e
     row[ATTEMPT], row[ITERATION] = attempt, iteration
     row[POSITION], row[ORIENTATION], row[NORM] = position_error, orientation_error, norm
     row[STEP], row[DAMPING] = 0.0, 0.0
-    row[SIGMA_MIN], row[CONDITION], row[MANIPULABILITY] = singular_figures(work.columns, recorder)
+    row[SIGMA_MIN], row[CONDITION], row[MANIPULABILITY] = singular_figures(work.columns, weights, recorder)
     row[AT_LIMITS] = count_at_limits(geometry, work.q)
     assign(row[TRACE_WIDTH : TRACE_WIDTH + n], work.q)
     row[TRACE_WIDTH + n], row[TRACE_WIDTH + n + 1], row[TRACE_WIDTH + n + 2] = p
@@ -47,7 +47,7 @@ def record_step(recorder, damping, step):
 
 
 @kernel
-def singular_figures(columns, scratch):
+def singular_figures(columns, weights, scratch):
     """Return sigma_min, sigma_max / sigma_min and the product of the singular values, over the min(m, n) that count.
 
     m is the number of rows that the task has; m = n = 6 gives Yoshikawa's sqrt(det(J J^T)) (1985).
@@ -55,10 +55,7 @@ def singular_figures(columns, scratch):
     svd(columns, scratch.U, scratch.W, scratch.sigma)
     rows = 0
     for r in range(ROWS):
-        used = False
-        for i in range(len(columns)):
-            used = used or columns[i, r] != 0.0
-        rows += used
+        rows += weights[r] > 0.0
     count = max(1, min(rows, len(columns)))
     product = 1.0
     for r in range(count):

@@ -162,7 +162,7 @@ class Arm:
             raise ArgumentError(f'q is {q!r}; expected {self.n} numbers [rad, m]') from error
         if values.shape != (self.n,):
             raise ArgumentError(f'q has shape {values.shape}; expected {self.n}: {shorten(self.joint_names)}')
-        return values
+        return values if values.flags.writeable else values.copy()  # compiled for one kind of array
 
 
 def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str | None = None) -> Arm:

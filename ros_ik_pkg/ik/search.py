@@ -145,7 +145,7 @@ def rank_answer(q, reference, joint_weights, max_joint_jump):
         weighted = gap * joint_weights[i] if len(joint_weights) > 0 else gap
         square += weighted * weighted
     beyond = max_joint_jump > 0.0 and largest > max_joint_jump
-    return math.sqrt(square) + (TOO_FAR if beyond else 0.0)
+    return min(math.sqrt(square), 0.5 * TOO_FAR) + (TOO_FAR if beyond else 0.0)
 
 
 @kernel

@@ -151,4 +151,4 @@ def sigma_min(arm, weights, work, scratch):
     _, p = walk(arm, work.q, work.axes)
     fill_columns(arm, work.axes, p, work.columns)
     weigh(weights, work.columns)
-    return singular_figures(work.columns, scratch)[0]
+    return singular_figures(work.columns, weights, scratch)[0]

@@ -162,7 +162,9 @@ def solve_batch(
         )  # fmt: skip
         return b - a
 
-    threads = workers or len(os.sched_getaffinity(0))
+    threads = len(os.sched_getaffinity(0)) if workers is None else workers
+    if threads < 1:
+        raise ArgumentError(f'workers is {workers}; expected 1 or more, or None for one for each core')
     with ThreadPoolExecutor(threads) as pool:
         for done in pool.map(run, _chunks(count, threads)):
             if progress is not None:
@@ -233,7 +235,7 @@ def _rows(values: Any, count: int, n: int, name: str) -> np.ndarray:
     rows = _array(values if np.ndim(values) == 2 else [values], name, (None, n))
     if len(rows) not in (1, count):
         raise ArgumentError(f'{name} has {len(rows)} rows; expected {count}, one for each target, or one for all')
-    return np.broadcast_to(rows, (count, n)).ravel()
+    return np.broadcast_to(rows, (count, n)).flatten()  # a copy: the compiled code takes no read-only array
 
 
 def _argument_error(target: Any, seed: Any, reference: Any) -> ArgumentError:
