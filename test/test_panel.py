@@ -81,10 +81,10 @@ def listener(node):
 def page(node, listener, tmp_path_factory, request):
     log = tmp_path_factory.mktemp('panel') / 'panel.log'
     large = bool(request.config.getoption('--screenshots'))
-    with running(log, 'ros_ik_pkg.panel.panel_node', '--port', str(free_port())):
-        with open_page(address(log), *((1600, 950) if large else (1000, 640))) as page:
-            page.get_by_test_id('comparison').locator('tr[data-method]').nth(4).wait_for()
-            yield page
+    panel = running(log, 'ros_ik_pkg.panel.panel_node', '--port', str(free_port()))
+    with panel, open_page(address(log), *((1600, 950) if large else (1000, 640))) as page:
+        page.get_by_test_id('comparison').locator('tr[data-method]').nth(4).wait_for()
+        yield page
 
 
 @pytest.fixture

@@ -67,3 +67,67 @@ def test_the_node_s_answer_is_told_in_words():
     assert node_words(solved) == ('solved by dls in 8 iterations, 0.1 ms', True)
     assert node_words({**solved, 'attempts': '3'})[0] == 'solved by dls in 8 iterations and 3 attempts, 0.1 ms'
     assert node_words({'outcome': 'failed', 'message': 'out of reach'}) == ('failed: out of reach', False)
+
+
+URDF = """<robot name="stick">
+  <link name="base"/>
+  <link name="stick"><visual><geometry><mesh filename="{mesh}"/></geometry></visual></link>
+  <joint name="hinge" type="continuous"><parent link="base"/><child link="stick"/><axis xyz="0 0 1"/></joint>
+</robot>"""
+
+
+@pytest.fixture
+def server():
+    viser = pytest.importorskip('viser', reason='viser is not installed: scripts/panel installs it')
+    server = viser.ViserServer(host='127.0.0.1', port=0, verbose=False)
+    yield server
+    server.stop()
+
+
+def stick(tmp_path, mesh: str) -> str:
+    """Write a URDF with one mesh, and the mesh file stick.stl."""
+    import trimesh
+
+    trimesh.creation.box((0.4, 0.05, 0.05)).export(tmp_path / 'stick.stl')
+    path = tmp_path / 'stick.urdf'
+    path.write_text(URDF.format(mesh=mesh))
+    return str(path)
+
+
+def test_an_arm_with_meshes_is_drawn_with_them(server, tmp_path):
+    from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+
+    path = stick(tmp_path, 'stick.stl')
+    drawing = mesh_drawing(server, '/arm', load_arm(path), path)
+    drawing.show(np.array([np.pi / 2]))
+    (frame,) = drawing._robot._joint_frames
+    np.testing.assert_allclose(frame.wxyz, [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)], atol=1e-9)
+
+
+@pytest.mark.parametrize('mesh', ['gone.stl', 'package://stick_description/stick.stl'])
+def test_an_arm_whose_meshes_are_not_there_is_drawn_from_its_chain(server, tmp_path, mesh):
+    from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+
+    path = stick(tmp_path, mesh)
+    assert mesh_drawing(server, '/arm', load_arm(path), path) is None
+
+
+@pytest.mark.parametrize('robot', [*ROBOTS, 'stanford', 'planar3r'])
+def test_the_drawn_joints_end_where_forward_kinematics_does(robot):
+    pytest.importorskip('viser', reason='viser is not installed: scripts/panel installs it')
+    from ros_ik_pkg.panel.arm_drawing import joint_transforms, placements
+
+    arm = load_arm(robot)
+    q = arm.home + 0.2
+    product = np.linalg.multi_dot([*joint_transforms(arm, q), placements(arm)[-1], np.eye(4)])
+    np.testing.assert_allclose(product, arm.forward(q), atol=1e-12)
+
+
+def test_long_curves_are_thinned_in_pairs_and_keep_both_ends():
+    pytest.importorskip('plotly', reason='plotly is not installed: scripts/panel installs it')
+    from ros_ik_pkg.panel.chart import MAX_POINTS, thinned
+
+    chosen = thinned(2001)
+    assert len(chosen) <= MAX_POINTS and chosen[0] == 0 and chosen[-1] == 2000
+    assert set(chosen % 2) == {0, 1}
+    np.testing.assert_array_equal(thinned(5), np.arange(5))

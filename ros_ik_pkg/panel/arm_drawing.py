@@ -25,17 +25,13 @@ class ArmDrawing:
         self._scene, self._arm = scene, arm
         self._link_colour, self._joint_colour, self._opacity = link_colour, joint_colour, opacity
         self._size = size_of(arm)
-        self._root = scene.add_frame(name, show_axes=False)
+        scene.add_frame(name, show_axes=False)
         self._frames = self._add_joints(name)
 
     def show(self, q: np.ndarray) -> None:
         """Move to q (n,) [rad, m]."""
         for frame, transform in zip(self._frames, joint_transforms(self._arm, q)):
             frame.wxyz, frame.position = wxyz_of(transform), transform[:3, 3]
-
-    def remove(self) -> None:
-        """Take everything out of the scene."""
-        self._root.remove()
 
     def _add_joints(self, name: str) -> list[viser.FrameHandle]:
         """Add one frame for each joint below the one before it, with what is drawn in it."""

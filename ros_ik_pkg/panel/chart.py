@@ -57,10 +57,14 @@ def _line(method: str, curve: Curve, column: str) -> go.Scatter:
 
 
 def thinned(count: int) -> np.ndarray:
-    """Return which of `count` points to draw: spread evenly over the logarithmic axis, both ends among them."""
+    """Return which of `count` points to draw: spread over the logarithmic axis, both ends among them.
+
+    They come in pairs of neighbours, so that an error that goes up and down every iteration is seen to do so.
+    """
     if count <= MAX_POINTS:
         return np.arange(count)
-    return np.unique(np.geomspace(1, count, MAX_POINTS).round().astype(int)) - 1
+    spread = np.geomspace(1, count - 1, MAX_POINTS // 2).round().astype(int)
+    return np.union1d(spread - 1, spread)
 
 
 def _layout(title: str, theme: Theme) -> go.Layout:

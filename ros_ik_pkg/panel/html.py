@@ -15,8 +15,8 @@ from ros_ik_pkg.ik import Status
 STYLE = """<style>
 .ik { font: 14px/1.45 Inter, system-ui, sans-serif; padding: 4px 12px 0 }
 .ik table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums }
-.ik th { font-weight: 500; opacity: .6; text-align: right; padding: 2px 6px; font-size: 12px; white-space: nowrap }
-.ik td { text-align: right; padding: 3px 6px; border-top: 1px solid rgba(128,128,128,.22); white-space: nowrap }
+.ik th { font-weight: 500; opacity: .6; text-align: right; padding: 2px 5px; font-size: 12px; white-space: nowrap }
+.ik td { text-align: right; padding: 3px 5px; border-top: 1px solid rgba(128,128,128,.22); white-space: nowrap }
 .ik .runs :is(th, td):is(:first-child, :last-child) { text-align: left }
 .ik .dot { display: inline-block; width: 11px; height: 11px; border-radius: 50%; margin-right: 7px }
 .ik .node { font-weight: 600; font-size: 15px } .ik .active td:first-child { font-weight: 650 }
@@ -72,7 +72,8 @@ def _row(run: MethodRun, active: bool) -> str:
 
 def tip_html(numbers: np.ndarray) -> str:
     """Return the read-out of a pose: x y z [m], roll pitch yaw [deg]."""
-    x, y, z, roll, pitch, yaw = numbers
+    x, y, z = numbers[:3].round(3) + 0.0  # no minus before a zero
+    roll, pitch, yaw = numbers[3:].round(1) + 0.0
     cells_of = ''.join(f'<td>{value}</td>' for value in (
         f'{x:.3f}', f'{y:.3f}', f'{z:.3f}', f'{roll:.1f}°', f'{pitch:.1f}°', f'{yaw:.1f}°'
     ))  # fmt: skip

@@ -126,7 +126,7 @@ class Panel:
         self._link.answers.forget()
         self._controls.show_arm(arm)
         self._problem = notes(arm)
-        self._scene.show_arm(arm, self._problem.seed, self._problem.target)
+        self._scene.show_arm(arm, self._robot['robot'], self._problem.seed, self._problem.target)
         self._controls.show_tip(arm.forward(self._problem.seed))
         self._pose(self._problem)
 

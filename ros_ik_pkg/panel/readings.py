@@ -9,7 +9,7 @@ from ros_ik_pkg.panel.chart import DARK, LIGHT, errors_figure
 from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html
 
 WIDTH = 520  # pixels
-ASPECT = 0.52
+ASPECT = 0.58
 PLOTS = {'position_error': 'Distance from the target [m]', 'orientation_error': 'Angle from the target [rad]'}
 
 

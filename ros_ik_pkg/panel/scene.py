@@ -11,13 +11,14 @@ import viser
 from ros_ik_pkg.compare.palette import COLOURS, TARGET, rgb
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.arm_drawing import ArmDrawing, floor_of, size_of, wxyz_of
+from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
 
 LINK, JOINT = (205, 211, 219), (84, 96, 112)
 GHOST = (140, 150, 165)
 LIGHT_FLOOR, DARK_FLOOR = ((225, 228, 232), (200, 205, 211)), ((48, 51, 56), (66, 70, 77))
 PATH_WIDTH = 3.5  # pixels
 EASE = 0.3  # of the way to the solution that the arm goes in one tick
-TARGET_RADIUS, AXES, GIZMO = 0.022, 0.13, 0.22  # of the arm's size
+TARGET_RADIUS, AXES, GIZMO = 0.03, 0.13, 0.22  # of the arm's size
 
 
 class Scene:
@@ -29,18 +30,19 @@ class Scene:
     def __init__(self, server: viser.ViserServer, moved: Callable[[np.ndarray], object]) -> None:
         self._server, self._scene, self._moved = server, server.scene, moved
         self._scene.configure_default_lights(cast_shadow=True)
-        self._drawings: list[ArmDrawing] = []
         self._paths: dict[str, viser.SceneNodeHandle] = {}
         self._shown = self._goal = np.empty(0)
         self._dark = False
 
-    def show_arm(self, arm: Arm, seed: np.ndarray, target: np.ndarray) -> None:
-        """Draw an arm at its seed (n,) and the target (4, 4)."""
+    def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
+        """Draw an arm, with the meshes of its source where it has them, at its seed (n,), and the target (4, 4)."""
         self._scene.reset()
         self._arm, size = arm, size_of(arm)
         self._paths = {}
         self._add_floor(arm, size)
-        self._body = ArmDrawing(self._scene, '/arm', arm, LINK, JOINT)
+        self._body = mesh_drawing(self._server, '/arm', arm, source) or ArmDrawing(
+            self._scene, '/arm', arm, LINK, JOINT
+        )
         self._ghost = ArmDrawing(self._scene, '/seed', arm, GHOST, GHOST, opacity=0.22)
         self._tip = self._scene.add_frame('/tip', axes_length=AXES * size, axes_radius=0.006 * size, origin_radius=0.0)
         self._add_target(size)
@@ -119,7 +121,9 @@ class Scene:
         self._gizmo = self._scene.add_transform_controls(
             '/target', scale=GIZMO * size, line_width=3.0, depth_test=False
         )
-        self._scene.add_icosphere('/target/point', TARGET_RADIUS * size, color=rgb(TARGET), cast_shadow=False)
+        self._scene.add_icosphere(
+            '/target/point', TARGET_RADIUS * size, color=rgb(TARGET), opacity=0.85, cast_shadow=False
+        )
 
         @self._gizmo.on_update
         def _(event: viser.TransformControlsEvent) -> None:
