@@ -72,6 +72,8 @@ def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
         arguments.peers = arguments.iteration = arguments.ros = True
     if arguments.peers and not arguments.output:
         arguments.output = ROOT / 'docs' / 'benchmark.md'
+    if arguments.output and not arguments.output.parent.is_dir():
+        parser.error(f'--output: there is no folder {arguments.output.parent}')
     return arguments
 
 

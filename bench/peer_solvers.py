@@ -27,12 +27,12 @@ def finite_limits(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 class RoboticsToolbox(Solver):
-    """Levenberg-Marquardt of Robotics Toolbox in C++, Chan's damping; the gain is the quickest of 0.01, 0.1, 1."""
+    """Levenberg-Marquardt of Robotics Toolbox in C++, Chan's damping."""
 
-    def __init__(self, ets: Any) -> None:
+    def __init__(self, ets: Any, gain: float) -> None:
         self.ets = ets
         # E is half the square of the error norm.
-        self.settings = {'ilimit': 30, 'slimit': 100, 'tol': 0.5 * TOLERANCE**2, 'joint_limits': True, 'k': 0.1}
+        self.settings = {'ilimit': 30, 'slimit': 100, 'tol': 0.5 * TOLERANCE**2, 'joint_limits': True, 'k': gain}
 
     def call(self, target: np.ndarray, seed: np.ndarray) -> Any:
         return self.ets.ik_LM(target, seed, method='chan', **self.settings)
@@ -45,7 +45,7 @@ class RoboticsToolbox(Solver):
 
 
 def make_rtb(model: Model, options: dict[str, Any]) -> dict[str, Solver]:
-    """Build the arm from elementary transforms."""
+    """Build the arm from elementary transforms; the gain is the default, and the quickest of 0.01, 0.1, 1."""
     from roboticstoolbox import ET, ETS
 
     lower, upper = finite_limits(model)
@@ -54,7 +54,8 @@ def make_rtb(model: Model, options: dict[str, Any]) -> dict[str, Solver]:
     for k, transform in enumerate(before):
         make = ET.tz if model.prismatic[k] else ET.Rz
         parts += [ET.SE3(transform), make(jindex=k, qlim=[lower[k], upper[k]])]
-    return {'RTB ik_LM': RoboticsToolbox(ETS([*parts, ET.SE3(last)]))}
+    ets = ETS([*parts, ET.SE3(last)])
+    return {f'RTB ik_LM k={gain}': RoboticsToolbox(ets, gain) for gain in (1.0, 0.1)}
 
 
 class TracIk(Solver):

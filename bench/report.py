@@ -65,6 +65,5 @@ class Report:
             picture = f'![time of a call]({path.with_suffix(".png").name})\n\n{SOLVES}'
         versions = ', '.join(f'{name} {number}' for name, number in self.versions.items())
         table = [*self._machine, *([['measured against', versions]] if versions else [])]
-        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text('\n\n'.join([INTRODUCTION.strip(), markdown(table), picture.strip(), *self._parts]) + '\n')
         print(f'\nsaved: {path}')

@@ -61,7 +61,7 @@ def test_help_names_every_option():
     assert options <= set(re.findall(r'--[a-z]+', text))
 
 
-@pytest.mark.parametrize('words', ['--count 0', '--check -5', '--set speed=3', '--set method=newton'])
+@pytest.mark.parametrize('words', ['--count 0', '--check -5', '--set speed=3', '--output nowhere/x.md'])
 def test_arguments_out_of_range_are_refused(words, capsys):
     with pytest.raises(SystemExit):
         read_arguments(words.split())
@@ -266,8 +266,8 @@ def test_a_solver_that_fell_out_stays_in_the_table(entries, judge, reachable):
 def test_the_report_is_saved_with_machine_and_command(tmp_path):
     report = Report('scripts/bench --iteration')
     report.add('One iteration', 'text', [['method', 'us'], ['dls', '1']])
-    report.save(tmp_path / 'made' / 'report.md')
-    text = (tmp_path / 'made' / 'report.md').read_text()
+    report.save(tmp_path / 'report.md')
+    text = (tmp_path / 'report.md').read_text()
     for expected in ('`scripts/bench --iteration`', 'processor', '| dls    | 1  |'):
         assert expected in text
 
