@@ -32,9 +32,7 @@ def pinocchio_tip(arm, q):
     positions = joint_positions(arm, q)
     values = np.array([positions.get(name, 0.0) for name in list(model.names)[1:]])
     pin.framesForwardKinematics(model, data, values)
-    base, tip = (
-        data.oMf[model.getFrameId(link, pin.FrameType.BODY)] for link in (arm.base_frame, arm.tip_frame)
-    )
+    base, tip = (data.oMf[model.getFrameId(link, pin.FrameType.BODY)] for link in (arm.base_frame, arm.tip_frame))
     return base.actInv(tip).homogeneous
 
 
@@ -64,7 +62,7 @@ def numeric_jacobian(arm, q, step=1e-6):
 def assert_answer(arm, solution, target, options=None):
     """Assert that a solution is one: converged, within tolerance by Pinocchio, within the limits."""
     options = options or SolveOptions()
-    assert solution.converged, solution
+    assert solution.converged, f'{solution.status.label} at {solution.q}, {solution.position_error} m off'
     position_error, orientation_error = pose_errors(arm, solution.q, target)
     assert position_error <= options.position_tolerance + ROUNDING
     assert orientation_error <= options.orientation_tolerance + ROUNDING
@@ -120,6 +118,15 @@ def workspace(n):
     """A Workspace for a chain of n joints."""
     shapes = [(n, 6), (n, 6), 6, 6, (6, 6), 6, (6, 6), (6, n), 6, n, n, n]
     return Workspace(*map(np.empty, shapes), np.empty(1, np.float32), np.empty(2, np.int64))
+
+
+def make_workspace(joints, n, starts=1):
+    """Make what kernels write to, for a chain of that many joints and variables."""
+    return Workspace(
+        axes=np.empty((joints, 6)), columns=np.empty((n, 6)), e=np.empty(6), y=np.empty(6), A=np.empty((6, 6)),
+        diagonal=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)), sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
+        best=np.empty(n), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
+    )  # fmt: skip
 
 
 def step(method, J, e, weights=SIX_ROWS, **options):

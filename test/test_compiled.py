@@ -1,0 +1,124 @@
+"""Compiled once for every arm, option and form of a call, and kept where the next start finds it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pinocchio as pin
+import pytest
+from chains import random_urdf
+from numerics import get_arm
+
+import ros_ik_pkg
+from ros_ik_pkg.ik import CHOICES, METHODS, SolveOptions, compiled, load_arm, solve, solve_batch
+from ros_ik_pkg.ik.kinematics import forward_kinematics, geometric_jacobian
+from ros_ik_pkg.ik.solve_range import solve_range
+
+HOME = Path(ros_ik_pkg.__file__).parents[1]
+
+
+def test_one_compiled_solve_serves_every_arm_option_and_form_of_a_call():
+    made_up = load_arm(random_urdf(np.random.default_rng(1)), 'base', 'tip')
+    for arm in (*map(get_arm, ('planar3r', 'puma560', 'panda')), made_up):
+        target = arm.forward(arm.home)
+        fixed = arm.home.copy()
+        fixed.flags.writeable = False
+        for method in METHODS:
+            solve(arm, target, options=SolveOptions(method=method))
+        for choice in CHOICES:
+            solve(
+                arm, pin.SE3(target), fixed, SolveOptions(choice=choice, max_attempts=2), arm.home.tolist(), trace=True
+            )
+        solve(arm, np.asfortranarray(target), tuple(arm.home), SolveOptions(joint_weights=(1,) * arm.n))
+        solve_batch(arm, np.broadcast_to(target, (3, 4, 4)), fixed, workers=2)
+        solve_batch(arm, [target] * 2, np.tile(arm.home, (2, 1)), references=arm.home, workers=1)
+    assert len(solve_range.signatures) == 1
+
+
+def test_one_compiled_kinematics_serves_every_form_of_a_configuration():
+    arm = get_arm('panda')
+    fixed = arm.home.copy()
+    fixed.flags.writeable = False
+    for q in (arm.home, fixed, arm.home.tolist(), arm.home.astype(np.float32), np.repeat(arm.home, 2)[::2]):
+        arm.forward(q)
+        arm.jacobian(q)
+    assert len(forward_kinematics.signatures) == 1
+    assert len(geometric_jacobian.signatures) == 1
+
+
+def in_a_new_process(program, **environment):
+    """Run a program that imports this package; return what it prints."""
+    paths = os.pathsep.join([str(HOME), os.environ.get('PYTHONPATH', '')])
+    result = subprocess.run(
+        [sys.executable, '-c', program],
+        env=os.environ | {'PYTHONPATH': paths} | environment, cwd=HOME, capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    return result.stdout.strip()
+
+
+FOLDER = 'from ros_ik_pkg.ik.compiled import CACHE_FOLDER; print(CACHE_FOLDER)'
+SINE = f'from ros_ik_pkg.ik.sincos import sincos; print(sincos(0.5)); {FOLDER}'
+
+
+@pytest.mark.parametrize('variable', ['NUMBA_CACHE_DIR', 'XDG_CACHE_HOME', 'HOME'])
+def test_compiled_code_is_kept_where_the_environment_says(tmp_path, variable, monkeypatch):
+    for name in ('NUMBA_CACHE_DIR', 'XDG_CACHE_HOME'):
+        monkeypatch.delenv(name, raising=False)
+    folder = Path(in_a_new_process(FOLDER, **{variable: str(tmp_path)}))
+    below = tmp_path / '.cache' if variable == 'HOME' else tmp_path
+    assert folder.parent == below / 'ros_ik_pkg'
+    assert folder.is_dir()
+
+
+def test_a_second_start_finds_what_the_first_compiled(tmp_path):
+    first = in_a_new_process(SINE, NUMBA_CACHE_DIR=str(tmp_path))
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob('*.nb*')}
+    assert any('sincos' in path.name for path in files)
+    assert in_a_new_process(SINE, NUMBA_CACHE_DIR=str(tmp_path)) == first
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob('*.nb*')} == files
+
+
+def test_where_nothing_can_be_written_it_is_compiled_in_memory():
+    assert in_a_new_process(SINE, NUMBA_CACHE_DIR='/dev/null/nowhere').endswith(')\nNone')
+
+
+def test_a_change_of_any_source_is_a_new_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+    sources = tmp_path / 'sources'
+    sources.mkdir()
+    (sources / 'a.py').write_text('A = 1\n')
+    (sources / 'b.py').write_text('B = 1\n')
+    monkeypatch.setattr(compiled, '__file__', str(sources / 'compiled.py'))
+    folder = compiled.cache_folder()
+    assert compiled.cache_folder() == folder
+    (sources / 'b.py').write_text('B = 2\n')
+    assert compiled.cache_folder() != folder
+
+
+def test_the_cache_of_others_stays_where_it_was():
+    program = 'import numba; numba.config.CACHE_DIR = "mine"; import ros_ik_pkg.ik; print(numba.config.CACHE_DIR)'
+    assert in_a_new_process(program) == 'mine'
+
+
+def test_compiled_functions_never_raise_on_a_division_by_zero():
+    @compiled.kernel
+    def inverse(x):
+        return 1.0 / x
+
+    assert inverse(0.0) == np.inf
+    assert np.isnan(inverse(0.0) - inverse(0.0))
+
+
+def test_kernels_cannot_allocate():
+    @compiled.kernel
+    def allocate(n):
+        return np.empty(n)[0]
+
+    with pytest.raises(numba.core.errors.NumbaError):
+        allocate(3)
