@@ -31,6 +31,11 @@ def test_the_statuses_are_numbered_as_ever():
     assert [int(status) for status in Status] == list(range(9))
 
 
+def test_a_status_prints_as_its_word():
+    assert str(Status.MAX_ITERATIONS) == f'{Status.MAX_ITERATIONS}' == 'max_iterations'
+    assert f'{Status.STALLED:>9}' == '  stalled'
+
+
 def test_every_status_has_a_sentence_of_its_own():
     texts = [status.text for status in Status]
     assert len(set(texts)) == len(texts)

@@ -45,6 +45,12 @@ class Status(enum.IntEnum):
         """One sentence for people."""
         return _TEXTS[self]
 
+    def __str__(self) -> str:
+        return self.label
+
+    def __format__(self, spec: str) -> str:
+        return format(self.label, spec)
+
 
 _TEXTS = {
     Status.CONVERGED: 'within both tolerances',
