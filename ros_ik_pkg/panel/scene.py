@@ -18,7 +18,7 @@ GHOST = (140, 150, 165)
 LIGHT_FLOOR, DARK_FLOOR = ((225, 228, 232), (200, 205, 211)), ((48, 51, 56), (66, 70, 77))
 PATH_WIDTH = 3.5  # pixels
 EASE = 0.3  # of the way to the solution that the arm goes in one tick
-TARGET_RADIUS, AXES, GIZMO = 0.03, 0.13, 0.22  # of the arm's size
+TARGET_RADIUS, AXES, GIZMO = 0.042, 0.13, 0.22  # of the arm's size
 
 
 class Scene:
@@ -122,7 +122,7 @@ class Scene:
             '/target', scale=GIZMO * size, line_width=3.0, depth_test=False
         )
         self._scene.add_icosphere(
-            '/target/point', TARGET_RADIUS * size, color=rgb(TARGET), opacity=0.85, cast_shadow=False
+            '/target/point', TARGET_RADIUS * size, color=rgb(TARGET), opacity=0.6, cast_shadow=False
         )
 
         @self._gizmo.on_update
