@@ -172,6 +172,20 @@ def test_seeds_outside_the_limits_and_quaternions_slightly_off_are_mended_with_a
     assert 'quaternion of norm 1.004 normalised' in reply.figures['notes']
 
 
+def test_an_answer_too_far_from_the_joint_state_is_not_published_whatever_the_seed(client, arm):
+    far = arm.home + 0.5
+    client.set_parameters({'seed_source': 'home', 'max_joint_jump': 0.4})
+    near = client.solve(pose_of(arm.forward(arm.home + 0.2)), TIMEOUT)
+    assert near.figures['outcome'] == 'solved' and float(near.figures['joint_distance']) <= 0.4
+    # The seed stays at home, the arm moves on: what was near is far now.
+    reply = client.settle(
+        pose_of(arm.forward(arm.home)),
+        lambda reply: reply.figures['outcome'] == 'failed',
+        joint_state(arm.joint_names, far),
+    )
+    assert reply.figures['status'] == 'joint_jump' and not reply.joints
+
+
 def test_the_last_solution_can_be_the_seed(client, arm):
     client.set_parameters({'seed_source': 'last_solution'})
     pose = pose_of(arm.forward(arm.home + 0.3))

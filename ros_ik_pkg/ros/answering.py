@@ -53,7 +53,7 @@ class Answering:
             raise RefusedError('no_robot', AWAITING_ROBOT)
         base_from_target, notes = self._base_from_target(target, arm)
         seed, seed_notes = self._seed(arm)
-        solution = solve(arm, base_from_target, seed, options, trace=trace)
+        solution = solve(arm, base_from_target, seed, options, self._reference(arm), trace)
         outcome, cause, reason = _judge(solution, base_from_target, arm, self.settings)
         if outcome == SOLVED:
             self._last_solution = solution.q
@@ -84,6 +84,15 @@ class Answering:
         if self.joint_states.empty and self.settings.home_until_joint_states:
             return arm.home, ('no joint state yet, started from home',)
         return self.joint_states.seed(arm.joint_names), ()
+
+    def _reference(self, arm: Arm) -> np.ndarray | None:
+        """Return the joint state (n,) from which max_joint_jump counts; None, the seed, where it is not known."""
+        if self.settings.options.max_joint_jump == 0.0:
+            return None
+        try:
+            return self.joint_states.seed(arm.joint_names)
+        except RefusedError:
+            return None
 
 
 def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:
