@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import configparser
 import re
 import shlex
 import subprocess
@@ -187,6 +188,18 @@ def launch_arguments(path: Path) -> set[str]:
         if isinstance(node, ast.Assign) and node.targets[0].id == 'ARGUMENTS':
             return {ast.literal_eval(key) for key in node.value.keys}
     raise AssertionError(f'{path} has no ARGUMENTS')
+
+
+def test_what_pip_installs_is_what_the_package_requires():
+    config = configparser.ConfigParser()
+    config.read(ROOT / 'setup.cfg')
+    required = {*config['options']['install_requires'].split(), 'numpy<2'}
+    panel = {re.match(r'[\w-]+', line)[0] for line in config['options.extras_require']['panel'].split()}
+    lines = [shlex.split(line, comments=True) for line in '\n'.join(blocks('bash')).splitlines()]
+    package, extra = [set(words[2:]) for words in lines if words[:2] == ['pip', 'install']]
+    assert package <= required
+    assert {'numba', 'pin'} <= {re.match(r'\w+', word)[0] for word in package}
+    assert extra == panel
 
 
 def test_files_in_shell_commands_are_there():
