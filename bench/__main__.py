@@ -78,10 +78,9 @@ def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
 
 
 def _positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError(f'{number} is below 1')
-    return number
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f'{text} is no whole number above 0')
+    return int(text)
 
 
 def _setting(text: str) -> tuple[str, Any]:

@@ -117,6 +117,8 @@ def make_optik(model: Model, options: dict[str, Any]) -> dict[str, Solver]:
     """Load the arm's URDF."""
     import optik
 
+    if not np.isfinite([model.lower, model.upper]).all():
+        raise UnsupportedError('takes no joint without limits')
     robot = optik.Robot.from_urdf_file(model.urdf, 'base', 'tip')
     robot.set_parallelism(1)
     config = optik.SolverConfig(solution_mode='speed', max_time=0.005, tol_f=TOLERANCE**2)
