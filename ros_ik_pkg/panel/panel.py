@@ -75,11 +75,14 @@ class Panel:
         """Show what the node is set to, and ask it to compare."""
         self._known = True
         self._controls.show_parameters(values)
+        compare = {'compare': self._controls.compared()}
         source = values['robot_description'] or values['robot']
-        if source:
-            self._robot = {name: values[name] for name in ROBOT_PARAMETERS}
-            self._use(load_arm(source, values['base_frame'] or None, values['tip_frame'] or None))
-        self._send_parameters({**self._robot, 'compare': self._controls.compared()})
+        if not source:  # it follows a topic that the panel does not hear
+            self._send_parameters({**self._robot, **compare})
+            return
+        self._robot = {name: values[name] for name in ROBOT_PARAMETERS}
+        self._use(load_arm(source, values['base_frame'] or None, values['tip_frame'] or None))
+        self._send_parameters(compare)
 
     def _send_parameters(self, values: dict[str, Any]) -> None:
         def done(refusal: str) -> None:
