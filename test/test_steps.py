@@ -253,9 +253,12 @@ def test_the_damping_that_is_reported_is_the_one_that_was_used():
 
 @pytest.mark.parametrize('method', METHODS)
 def test_each_joints_step_is_capped_by_the_option_or_as_the_method_says(method):
-    assert joint_step_cap(tuning(method=method, max_joint_step=0.2)) == 0.2
+    assert joint_step_cap(tuning(method=method, max_joint_step=0.2), 1.0) == 0.2
     expected = 0.3 if method == 'adaptive_dls' else np.inf
-    assert joint_step_cap(tuning(method=method)) == expected
+    assert joint_step_cap(tuning(method=method), 1.0) == expected
+    # In a hurry a method's own cap grows, one that was asked for does not.
+    assert joint_step_cap(tuning(method=method), 2.0) == 2.0 * expected
+    assert joint_step_cap(tuning(method=method, max_joint_step=0.2), 2.0) == 0.2
 
 
 def test_a_pseudoinverse_step_lands_on_a_target_nearby():

@@ -11,7 +11,7 @@ from ros_ik_pkg.ik.linalg import ROWS
 from ros_ik_pkg.ik.pose_error import twist_error
 from ros_ik_pkg.ik.recorder import record, record_step
 from ros_ik_pkg.ik.solution import Status
-from ros_ik_pkg.ik.steps import apply_transpose, joint_step_cap, take_step
+from ros_ik_pkg.ik.steps import apply_transpose, take_step
 
 CONVERGED = int(Status.CONVERGED)
 MAX_ITERATIONS = int(Status.MAX_ITERATIONS)
@@ -26,13 +26,12 @@ CLOCK_EVERY = 4  # iterations between looks at the clock
 
 
 @kernel
-def descend(geometry, task, tuning, patience, progress, stop_time, attempt, work, recorder):
+def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt, work, recorder):
     """Descend from work.q; return (status, steps, position error [m], orientation error [rad], error norm).
 
-    The figures belong to the q that is left in work.q. `patience` is the number of steps within which the
-    error norm must fall below `progress` times its mark, or the attempt is given up.
+    The figures belong to the q that is left in work.q. `cap` is the longest step of a joint [rad or m]. The attempt
+    is given up when the error norm does not fall below `progress` times its mark within `patience` steps.
     """
-    cap = joint_step_cap(tuning)
     last = int(tuning.max_iterations)
     mark, mark_step, previous, rises = math.inf, 0, math.inf, 0
     k = 0

@@ -44,11 +44,11 @@ def take_step(tuning, error_norm, weights, work):
 
 
 @inlined
-def joint_step_cap(tuning):
-    """Return the cap on one joint's step [rad or m]; the option, or the method's own where it is 0."""
+def joint_step_cap(tuning, stride):
+    """Return the cap on one joint's step [rad or m]: the option, or where it is 0 the method's own times `stride`."""
     if tuning.max_joint_step > 0.0:
         return tuning.max_joint_step
-    return ADAPTIVE_JOINT_STEP if int(tuning.method) == ADAPTIVE_DLS else math.inf
+    return stride * ADAPTIVE_JOINT_STEP if int(tuning.method) == ADAPTIVE_DLS else math.inf
 
 
 @inlined
