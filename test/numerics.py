@@ -116,7 +116,7 @@ def tuning(**options):
 
 def workspace(n):
     """A Workspace for a chain of n joints."""
-    shapes = [(n, 6), (n, 6), 6, 6, (6, 6), 6, (6, 6), (6, n), 6, n, n, n]
+    shapes = [(n, 6), (n, 6), 6, 6, (6, 6), 6, (6, 6), (6, n), 6, n, n, n, n]
     return Workspace(*map(np.empty, shapes), np.empty(1, np.float32), np.empty(2, np.int64))
 
 

@@ -7,7 +7,7 @@ import math
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.kinematics import fill_columns, walk
-from ros_ik_pkg.ik.linalg import ROWS
+from ros_ik_pkg.ik.linalg import ROWS, assign
 from ros_ik_pkg.ik.pose_error import twist_error
 from ros_ik_pkg.ik.recorder import record, record_step
 from ros_ik_pkg.ik.solution import Status
@@ -27,13 +27,14 @@ CLOCK_EVERY = 4  # iterations between looks at the clock
 
 @kernel
 def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt, work, recorder):
-    """Descend from work.q; return (status, steps, position error [m], orientation error [rad], error norm).
+    """Descend from work.q; return (status, steps, position error [m], orientation error [rad], norm, nearest).
 
-    The figures belong to the q that is left in work.q. `cap` is the longest step of a joint [rad or m]. The attempt
-    is given up when the error norm does not fall below `progress` times its mark within `patience` steps.
+    The figures belong to the q that is left in work.q; the iterate with the smallest error norm, `nearest`, is left
+    in work.near. `cap` is the longest step of a joint [rad or m]. The attempt is given up when the error norm does not
+    fall below `progress` times its mark within `patience` steps.
     """
     last = int(tuning.max_iterations)
-    mark, mark_step, previous, rises = math.inf, 0, math.inf, 0
+    mark, mark_step, previous, rises, nearest = math.inf, 0, math.inf, 0, math.inf
     k = 0
     while True:
         R, p = walk(geometry, work.q, work.axes)
@@ -42,26 +43,30 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
         weigh(task.weights, work.columns)
         if len(recorder.rows) > 0:
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, task.weights, p, work)
+        if norm < nearest or k == 0:
+            nearest = norm
+            assign(work.near, work.q)
         if not norm < math.inf:
-            return NOT_FINITE, k, position_error, orientation_error, norm
+            return NOT_FINITE, k, position_error, orientation_error, norm, nearest
         if position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance:
-            return CONVERGED, k, position_error, orientation_error, norm
+            return CONVERGED, k, position_error, orientation_error, norm, nearest
         if k == last:
-            return MAX_ITERATIONS, k, position_error, orientation_error, norm
+            return MAX_ITERATIONS, k, position_error, orientation_error, norm, nearest
         rises += norm > previous
         previous = norm
         if norm < progress * mark:
             mark, mark_step, rises = norm, k, 0
         elif k - mark_step >= patience:
-            return why_no_progress(norm, mark, rises, patience), k, position_error, orientation_error, norm
+            reason = why_no_progress(norm, mark, rises, patience)
+            return reason, k, position_error, orientation_error, norm, nearest
         if stop_time < math.inf and k % CLOCK_EVERY == CLOCK_EVERY - 1 and now(work.clock) > stop_time:
-            return DEADLINE, k, position_error, orientation_error, norm
+            return DEADLINE, k, position_error, orientation_error, norm, nearest
         damping = limited_step(geometry, tuning, norm, task.weights, work)
         largest = largest_component(work.dq)
         if not largest < math.inf:
-            return NOT_FINITE, k, position_error, orientation_error, norm
+            return NOT_FINITE, k, position_error, orientation_error, norm, nearest
         if largest > FREE_STEP and cap > FREE_STEP:
-            return DIVERGED, k, position_error, orientation_error, norm
+            return DIVERGED, k, position_error, orientation_error, norm, nearest
         update(geometry, tuning, cap, work)
         if len(recorder.rows) > 0:
             record_step(recorder, damping, work.dq)

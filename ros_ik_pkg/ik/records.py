@@ -82,7 +82,8 @@ class Workspace(NamedTuple):
     sigma: np.ndarray  # (6,)
     dq: np.ndarray  # (n,) step
     q: np.ndarray  # (n,) iterate
-    best: np.ndarray  # (n,) closest approach so far
+    near: np.ndarray  # (n,) iterate of the smallest error in this descent
+    best: np.ndarray  # (n,) closest approach of all descents so far
     scores: np.ndarray  # (m,) how far each start is from the target
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
@@ -128,7 +129,7 @@ def unpack_model(model, n):
 @kernel
 def buffer_size(joints, n):
     """Return how many numbers make_records cuts up."""
-    return 138 + 6 * joints + 22 * n
+    return 138 + 6 * joints + 23 * n
 
 
 @kernel
@@ -137,12 +138,12 @@ def make_records(joints, n, buffer, scores, integers, rows):
 
     To be called by kernels only, as unpack_model.
     """
-    a, b, c, d = 138 + 6 * joints, 138 + 6 * joints + 6 * n, 138 + 6 * joints + 18 * n, 138 + 6 * joints + 21 * n
+    a, b, c, d = 138 + 6 * joints, 138 + 6 * joints + 6 * n, 138 + 6 * joints + 18 * n, 138 + 6 * joints + 22 * n
     squares, sixes = buffer[:108].reshape(3, 6, 6), buffer[108:138].reshape(5, 6)
-    by_row, vectors = buffer[b:c].reshape(2, 6, n), buffer[c:d].reshape(3, n)
+    by_row, vectors = buffer[b:c].reshape(2, 6, n), buffer[c:d].reshape(4, n)
     work = Workspace(
         buffer[138:a].reshape(joints, 6), buffer[a:b].reshape(n, 6),
         sixes[0], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
-        vectors[0], vectors[1], vectors[2], scores, integers[:2],
+        vectors[0], vectors[1], vectors[2], vectors[3], scores, integers[:2],
     )  # fmt: skip
     return work, Recorder(rows, integers[2:], squares[2], by_row[1], sixes[4]), buffer[d:].reshape(1, n)

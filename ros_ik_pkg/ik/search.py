@@ -42,9 +42,9 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     (k, n) and `ranks` (k,) receive the k nearest distinct answers that were found.
     """
     lone = int(tuning.max_attempts) == 1
-    hurried = 0 if lone or int(tuning.method) == TRANSPOSE else HURRIED_ATTEMPTS
-    stop_time = now(work.clock) + tuning.deadline if tuning.deadline > 0.0 else math.inf
     hopeless = out_of_reach(reach, task, tuning)
+    hurried = 0 if lone or hopeless or int(tuning.method) == TRANSPOSE else HURRIED_ATTEMPTS
+    stop_time = now(work.clock) + tuning.deadline if tuning.deadline > 0.0 else math.inf
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
@@ -53,14 +53,14 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
         hurry = attempts < hurried
         patience, progress = HURRIED if hurry else PATIENT
         cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
-        status, taken, position_error, orientation_error, norm = descend(
+        status, taken, position_error, orientation_error, _, nearest = descend(
             geometry, task, tuning, cap, patience, progress, stop_time, attempts, work, recorder
         )
         steps += taken
         attempts += 1
         if status == CONVERGED:
             if unwrap(geometry, work.q, reference):
-                position_error, orientation_error, norm = errors_at(geometry, task, work)
+                position_error, orientation_error, _ = errors_at(geometry, task, work)
             rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
             if int(tuning.choice) == FIRST and rank < TOO_FAR and holds(position_error, orientation_error, tuning):
                 assign(answers[0], work.q)
@@ -70,11 +70,11 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
             if count > found or ranks[0] < before:
                 news = attempts
             found = count
-        elif norm < best_norm or attempts == 1:
-            if not norm > NEARER * best_norm:
+        elif nearest < best_norm or attempts == 1:
+            if not nearest > NEARER * best_norm:
                 nearer = attempts
-            best_norm, failure = norm, status
-            assign(work.best, work.q)
+            best_norm, failure = nearest, status
+            assign(work.best, work.near)
         settled = found > 0 and attempts - news >= ATTEMPTS_WITHOUT_NEWS
         settled = settled or (found == 0 and attempts - nearer >= ATTEMPTS_NO_NEARER)
         late = status == DEADLINE or (stop_time < math.inf and now(work.clock) > stop_time)
@@ -84,7 +84,7 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     if found == 0 and not lone:
         assign(work.q, work.best)
         cap = joint_step_cap(tuning, 1.0)
-        failure, taken, _, _, _ = descend(
+        failure, taken, _, _, _, nearest = descend(
             geometry, task, tuning, cap, PATIENT[0], PATIENT[1], stop_time, attempts, work, recorder
         )
         steps += taken
@@ -92,10 +92,9 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
             unwrap(geometry, work.q, reference)
             rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
             found = keep_answer(geometry, work.q, rank, answers, ranks, 0)
-        elif late:
-            failure = DEADLINE
-        elif hopeless:
-            failure = UNREACHABLE
+        else:
+            assign(work.q, work.near if nearest < best_norm else work.best)
+            failure = DEADLINE if late else UNREACHABLE if hopeless else failure
     if found > 0:
         assign(work.q, answers[0])
         failure = CONVERGED if ranks[0] < TOO_FAR else JOINT_JUMP
