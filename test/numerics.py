@@ -114,24 +114,18 @@ def tuning(**options):
     return Tuning(*SolveOptions(**options).numbers[: len(Tuning._fields)].tolist())
 
 
-def workspace(n):
-    """A Workspace for a chain of n joints."""
-    shapes = [(n, 6), (n, 6), 6, 6, (6, 6), 6, (6, 6), (6, n), 6, n, n, n, n]
-    return Workspace(*map(np.empty, shapes), np.empty(1, np.float32), np.empty(2, np.int64))
-
-
 def make_workspace(joints, n, starts=1):
     """Make what kernels write to, for a chain of that many joints and variables."""
     return Workspace(
         axes=np.empty((joints, 6)), columns=np.empty((n, 6)), e=np.empty(6), y=np.empty(6), A=np.empty((6, 6)),
         diagonal=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)), sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
-        best=np.empty(n), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
+        near=np.empty(n), best=np.empty(n), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
     )  # fmt: skip
 
 
 def step(method, J, e, weights=SIX_ROWS, **options):
     """Take one step of a method; J (6, n) and e (6,) are weighted already. Returns dq (n,) and its damping."""
-    work = workspace(J.shape[1])
+    work = make_workspace(1, J.shape[1])
     work.columns[:], work.e[:] = J.T, e
     damping = take_step(tuning(method=method, **options), float(np.linalg.norm(e)), weights, work)
     return work.dq.copy(), damping
