@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import queue
 import time
 from collections.abc import Callable
@@ -20,6 +21,7 @@ from ros_ik_pkg.panel.readings import Readings
 from ros_ik_pkg.panel.scene import Scene
 
 PATIENCE = 1.0  # s for an answer; then the target is sent again
+SERVICE_PATIENCE = 3.0  # s for an answer of a parameter service
 ROBOT_PARAMETERS = ('robot', 'robot_description', 'base_frame', 'tip_frame')
 
 
@@ -37,6 +39,7 @@ class Panel:
         self._known = False  # whether the node's parameters were ever read
         self._ready = False  # whether the node has the parameters of the page
         self._alive = False
+        self._ask_again = math.inf  # when to repeat a question about parameters
         self._dirty = self._seed_changed = self._target_changed = False
         self._sent = 0.0  # when the last target went out
         self._news = 0
@@ -57,9 +60,11 @@ class Panel:
     def _watch_node(self) -> None:
         """Notice the node's coming and going; whenever it comes, bring page and node in step."""
         alive = self._link.alive
-        if alive == self._alive:
+        unheard = alive and time.monotonic() > self._ask_again  # the first answers may get lost in discovery
+        if alive == self._alive and not unheard:
             return
         self._alive, self._ready = alive, False
+        self._ask_again = time.monotonic() + SERVICE_PATIENCE
         if not alive:
             self._say_gone()
         elif self._known:
@@ -73,7 +78,7 @@ class Panel:
 
     def _take_over(self, values: dict[str, Any]) -> None:
         """Show what the node is set to, and ask it to compare."""
-        self._known = True
+        self._known, self._ask_again = True, math.inf
         self._controls.show_parameters(values)
         compare = {'compare': self._controls.compared()}
         source = values['robot_description'] or values['robot']
@@ -87,9 +92,11 @@ class Panel:
     def _send_parameters(self, values: dict[str, Any]) -> None:
         def done(refusal: str) -> None:
             self._ready = self._dirty = not refusal
+            self._ask_again = math.inf
             if refusal:
                 self._readings.show_problem(f'the node refused: {refusal}')
 
+        self._ask_again = time.monotonic() + SERVICE_PATIENCE
         self._link.set_parameters(values, done)
 
     def _ask(self) -> None:

@@ -22,6 +22,7 @@ from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.interface import Topic
 
 DISCOVERY_TIMEOUT = 10.0  # s; discovery takes up to 3 s on a quiet machine
+ASK_AGAIN = 0.5  # s without an answer to the first question
 
 
 class NodeError(RuntimeError):
@@ -74,21 +75,27 @@ class IkClient:
         self._subscribe(interface.RESULT, self._on_result)
         if with_iterations:
             self._subscribe(interface.ITERATIONS, self._on_iterations)
-        self._parameters = AsyncParameterClient(node, self.name)
+        self._parameters: AsyncParameterClient
 
     def connect(self, timeout: float = DISCOVERY_TIMEOUT) -> None:
         """Wait until messages pass both ways; raises NodeError after `timeout` seconds.
 
-        An answer from a parameter service proves that the node knows this client's earlier subscriptions too:
-        DDS announces them in order.
+        DDS announces subscriptions in order, so an answer of the service that was made last proves that the node
+        knows all of this client. The question, to set nothing, is repeated: a service drops its answer to a client
+        that it has not discovered yet.
         """
         deadline = time.monotonic() + timeout
+        self._parameters = AsyncParameterClient(self.node, self.name)
         if not self._parameters.wait_for_services(timeout):
             raise NodeError(
                 f'no node {self.name} within {timeout:g} s; start it with scripts/run, and check that '
                 'ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE are the same for both'
             )
-        self._call(self._parameters.get_parameters(['method']), deadline)
+        while not self._spin_until(
+            self._parameters.set_parameters_atomically([]).done, min(deadline, time.monotonic() + ASK_AGAIN)
+        ):
+            if time.monotonic() > deadline:
+                raise NodeError(f'{self.name} did not answer within {timeout:g} s')
         self._wait_until(self._targets.get_subscription_count, deadline, 'a subscription of targets')
 
     def solve(self, pose: PoseStamped, timeout: float) -> Reply:
@@ -161,10 +168,16 @@ class IkClient:
         return future.result()
 
     def _wait_until(self, condition: Callable[[], object], deadline: float, what: str) -> None:
+        if not self._spin_until(condition, deadline):
+            raise NodeError(f'{self.name} did not send {what} in time')
+
+    def _spin_until(self, condition: Callable[[], object], deadline: float) -> bool:
+        """Take messages until the condition holds or the time is over; return which."""
         while not condition():
             if time.monotonic() > deadline:
-                raise NodeError(f'{self.name} did not send {what} in time')
+                return False
             rclpy.spin_once(self.node, timeout_sec=0.1)
+        return True
 
 
 def _key(stamp: Time) -> tuple[int, int]:
