@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
+from ros_helpers import Client, allow_lark, connected, joint_state, pose_of
+from sensor_msgs.msg import JointState
 
+from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer
-from ros_ik_pkg.ros.health import Health
+from ros_ik_pkg.ros.health import Health, Limits
+from ros_ik_pkg.ros.joint_states import JointStates
+from ros_ik_pkg.ros.parameters import PARAMETERS, Settings
+
+NEVER = Limits(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+DEFAULTS = Settings.from_values({name: option.default for name, option in PARAMETERS.items()}).health_limits
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
-def health_after(*outcomes: tuple[str, str], waiting: str = '') -> tuple[Health, DiagnosticStatus]:
+def health_after(*outcomes: tuple[str, str], limits: Limits = DEFAULTS, **missing) -> tuple[Health, DiagnosticStatus]:
     health = Health()
     for number, (outcome, cause) in enumerate(outcomes):
         answer = Answer(PoseStamped(), outcome, cause, f'because of {cause}', 'dls')
         health.count(answer, 0.001 * (number + 1))
-    return health, health.report('node', 'arm', waiting, 2.0)
+    return health, health.report(limits, 2.0, **missing)
 
 
 def figures(status: DiagnosticStatus) -> dict[str, str]:
@@ -26,23 +37,97 @@ def figures(status: DiagnosticStatus) -> dict[str, str]:
 def test_rates_causes_and_latencies_are_those_of_the_period():
     outcomes = [(SOLVED, 'converged')] * 3 + [(FAILED, 'stalled'), (REFUSED, 'frame'), (REFUSED, 'frame')]
     health, status = health_after(*outcomes)
-    assert status.level == DiagnosticStatus.WARN
+    assert (status.level, status.message) == (WARN, 'of 6 targets 1 failed, 2 refused')
     values = figures(status)
     assert (values['targets_per_second'], values['solved_per_second']) == ('3.0', '1.5')
     assert (values['failed.stalled'], values['refused.frame']) == ('1', '2')
     assert float(values['latency_p50']) == 0.0035
     assert values['last_error'] == 'because of frame'
-    quiet = figures(health.report('node', 'arm', '', 2.0))
+    quiet = figures(health.report(DEFAULTS, 2.0))
     assert quiet['targets_per_second'] == '0.0' and 'refused.frame' not in quiet
     assert math.isnan(float(quiet['latency_p50'])) and quiet['last_error'] == 'because of frame'
 
 
 def test_solved_targets_or_none_are_fine():
-    assert health_after()[1].level == DiagnosticStatus.OK
-    assert health_after((SOLVED, 'converged'))[1].level == DiagnosticStatus.OK
+    assert health_after()[1].level == OK
+    assert health_after((SOLVED, 'converged'))[1].level == OK
 
 
 def test_an_internal_error_goes_before_all_else_and_waiting_is_told():
-    assert health_after((FAILED, INTERNAL_ERROR), waiting='no robot')[1].level == DiagnosticStatus.ERROR
-    waiting = health_after(waiting='no robot')[1]
-    assert (waiting.level, waiting.message) == (DiagnosticStatus.WARN, 'no robot')
+    both = health_after((FAILED, INTERNAL_ERROR), waiting='no robot', limits=NEVER)[1]
+    assert (both.level, both.message) == (ERROR, '1 targets met an internal error; no robot')
+    waiting = health_after(waiting='no robot', limits=NEVER)[1]
+    assert (waiting.level, waiting.message) == (WARN, 'no robot')
+
+
+HALF = [(SOLVED, 'converged'), (FAILED, 'stalled')]  # latencies 1 and 2 ms
+
+
+@pytest.mark.parametrize(
+    ('changes', 'level'),
+    [
+        ({}, OK),
+        ({'warn_failed_ratio': 0.51}, OK),
+        ({'warn_failed_ratio': 0.5}, WARN),
+        ({'warn_failed_ratio': 0.1, 'error_failed_ratio': 0.6}, WARN),
+        ({'warn_failed_ratio': 0.1, 'error_failed_ratio': 0.5}, ERROR),
+        ({'warn_latency': 0.0021}, OK),
+        ({'warn_latency': 0.0019}, WARN),
+        ({'warn_latency': 0.001, 'error_latency': 0.0019}, ERROR),
+        ({'error_latency': 0.0019, 'warn_failed_ratio': 0.1}, ERROR),
+    ],
+)
+def test_the_level_follows_the_limits_and_0_is_no_limit(changes, level):
+    status = health_after(*HALF, limits=replace(NEVER, **changes))[1]
+    assert status.level == level
+    assert ('failed' in status.message) == (level == OK or 'warn_failed_ratio' in changes)
+    assert ('latency' in status.message) == (level != OK and not {'warn_latency', 'error_latency'}.isdisjoint(changes))
+
+
+def test_joint_states_that_stopped_or_never_came_are_a_warning_with_their_age():
+    fresh = health_after(joint_states_age=1.9)[1]
+    assert fresh.level == OK and figures(fresh)['joint_states_age'] == '1.9'
+    old = health_after(joint_states_age=2.5)[1]
+    assert (old.level, old.message) == (WARN, 'no joint states for 2.5 s')
+    never = health_after(joint_states_age=math.inf)[1]
+    assert (never.level, never.message) == (WARN, 'no joint states of every joint yet')
+    assert health_after(joint_states_age=math.inf, limits=NEVER)[1].level == OK
+
+
+def test_targets_that_stopped_are_a_warning_where_it_is_wanted():
+    health, status = health_after((SOLVED, 'converged'), limits=replace(NEVER, target_timeout=5.0))
+    assert status.level == OK and float(figures(status)['target_age']) < 5.0
+    health.last_target -= 6.0
+    silent = health.report(replace(NEVER, target_timeout=5.0), 1.0)
+    assert silent.level == WARN and silent.message.startswith('no target for 6.')
+    assert health.report(NEVER, 1.0).level == OK
+
+
+def test_the_age_of_joint_states_is_that_of_the_joint_that_was_silent_longest(monkeypatch):
+    states, clock = JointStates(), iter((10.0, 20.0, 21.0, 25.0, 25.0, 25.0))
+    monkeypatch.setattr('time.monotonic', lambda: next(clock))
+    states.keep(JointState(name=['a', 'b']))
+    states.keep(JointState(name=['b']))
+    states.keep(JointState(name=['c', 'x']))
+    assert states.age(['a', 'b']) == 15.0
+    assert states.age(['b', 'c']) == 5.0
+    assert states.age(['c', 'd']) == math.inf
+    assert states.age(['c']) == 4.0
+
+
+@allow_lark
+def test_a_running_node_says_that_joint_states_stopped_and_takes_new_limits(tmp_path):
+    arm = load_arm('puma560')
+
+    def warns(text: str) -> bool:
+        return any(status.level == WARN and text in status.message for status in client.health)
+
+    timeout = 'diagnostics.joint_states_timeout'
+    with connected(Client, tmp_path / 'log', '-p', f'{timeout}:=0.5') as client:
+        client.wait_for(lambda: warns('no joint states of every joint yet'), 'a warning before the first joint state')
+        home = joint_state(arm.joint_names, arm.home)
+        client.settle(pose_of(arm.forward(arm.home)), lambda reply: reply.solved, home)
+        client.wait_for(lambda: warns('no joint states for '), 'a warning after the last joint state')
+        client.set_parameters({'seed_source': 'home', 'diagnostics.target_timeout': 0.1})
+        client.wait_for(lambda: warns('no target for '), 'a warning after the last target')
+        assert 'warn_failed_ratio' in client.refusal_of(**{'diagnostics.warn_failed_ratio': 1.1})

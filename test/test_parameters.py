@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from ros_ik_pkg.ik import OPTIONS, OptionError, SolveOptions
-from ros_ik_pkg.ros.parameters import NODE_OPTIONS, PARAMETERS, Settings, descriptor
+from ros_ik_pkg.ros.parameters import HEALTH_OPTIONS, NODE_OPTIONS, PARAMETERS, Settings, descriptor
 from ros_ik_pkg.ros.reference import parameters_markdown, parameters_yaml
 
 DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
@@ -28,7 +28,7 @@ def test_the_defaults_are_the_solvers():
 
 
 def test_every_option_of_the_solver_is_a_parameter():
-    assert set(PARAMETERS) == {option.ros_name for option in (*OPTIONS, *NODE_OPTIONS)}
+    assert set(PARAMETERS) == {option.ros_name for option in (*OPTIONS, *NODE_OPTIONS, *HEALTH_OPTIONS)}
 
 
 @pytest.mark.parametrize('option', PARAMETERS.values(), ids=PARAMETERS)

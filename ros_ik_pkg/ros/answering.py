@@ -44,6 +44,14 @@ class Answering:
         reason = f'internal error {type(error).__name__}: {error}'
         return self._without_solution(target, FAILED, INTERNAL_ERROR, reason)
 
+    def joint_states_age(self) -> float | None:
+        """Return how long ago the joints were heard of that seeds come from [s]; None where no seed needs them."""
+        if self.arm is None or self.settings.seed_source != 'joint_states':
+            return None
+        if self.joint_states.empty and self.settings.home_until_joint_states:
+            return None
+        return self.joint_states.age(self.arm.joint_names)
+
     def _without_solution(self, target: PoseStamped, outcome: str, cause: str, reason: str) -> Answer:
         return Answer(target, outcome, cause, shorten(reason, 1000), self.settings.options.method, self.arm)
 

@@ -1,8 +1,11 @@
-"""Health of the node for /diagnostics: what happened in the last second, and how long it took."""
+"""Health of the node for /diagnostics: what happened in the last second, how long it took, and what is amiss."""
 
 from __future__ import annotations
 
+import math
+import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +14,20 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, SOLVED, Answer, shorten
 from ros_ik_pkg.ros.statuses import key_values
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+@dataclass(frozen=True)
+class Limits:
+    """From where on the level is WARN or ERROR; 0 switches a limit off. The parameters `diagnostics.*`."""
+
+    warn_failed_ratio: float  # of the targets of a period, those that failed or were refused
+    error_failed_ratio: float
+    warn_latency: float  # s, 99th percentile
+    error_latency: float
+    joint_states_timeout: float  # s
+    target_timeout: float  # s
 
 
 @dataclass
@@ -23,9 +40,11 @@ class Health:
     solve_times: list[float] = field(default_factory=list)  # s
     internal_errors: int = 0
     last_error: str = ''
+    last_target: float = field(default_factory=time.monotonic)  # s; the start, before the first
 
     def count(self, answer: Answer, latency: float) -> None:
         """Take note of one answer."""
+        self.last_target = time.monotonic()
         self.latencies.append(latency)
         if answer.solution is not None:
             self.solve_times.append(answer.solution.solve_time)
@@ -35,14 +54,19 @@ class Health:
             self.last_error = shorten(answer.reason)
         self.internal_errors += answer.cause == INTERNAL_ERROR
 
-    def report(self, name: str, hardware_id: str, waiting: str, period: float) -> DiagnosticStatus:
-        """Return the status of the last `period` [s]; `waiting` says what is missing, if anything."""
-        level, message = self._judge(waiting)
-        values = key_values(self._figures(period))
+    def report(
+        self, limits: Limits, period: float, waiting: str = '', joint_states_age: float | None = None
+    ) -> DiagnosticStatus:
+        """Return the status of the last `period` [s].
+
+        waiting: what is missing, if anything. joint_states_age: since when the joints were not heard of [s], infinite
+        where they never were, None where nobody needs them.
+        """
+        ages = {'joint_states_age': joint_states_age, 'target_age': time.monotonic() - self.last_target}
+        level, message = self._judge(limits, waiting, **ages)
+        values = key_values({**self._figures(period), **{name: _rounded(age) for name, age in ages.items()}})
         self._begin_period()
-        return DiagnosticStatus(
-            level=level, name=name, message=message, hardware_id=hardware_id, values=values
-        )
+        return DiagnosticStatus(level=level, message=message, values=values)
 
     def _begin_period(self) -> None:
         """Forget the figures; the last error stays."""
@@ -50,15 +74,25 @@ class Health:
             figures.clear()
         self.internal_errors = 0
 
-    def _judge(self, waiting: str) -> tuple[bytes, str]:
+    def _judge(self, limits: Limits, waiting: str, **ages: float | None) -> tuple[bytes, str]:
+        """Return the highest level of all findings, and what was found, the worst first."""
+        found = [*self._answers(limits), *_inputs(limits, waiting, **ages)]
+        worst = max(level for level, _ in found)
+        amiss = [text for level, text in sorted(found, reverse=True, key=lambda finding: finding[0]) if level != OK]
+        return worst, '; '.join(amiss) or found[0][1]
+
+    def _answers(self, limits: Limits) -> Iterator[tuple[bytes, str]]:
+        """Yield level and text of what became of the targets."""
         count, failed, refused = len(self.latencies), self.failed.total(), self.refused.total()
-        if self.internal_errors:
-            return DiagnosticStatus.ERROR, f'{self.internal_errors} targets met an internal error'
-        if waiting:
-            return DiagnosticStatus.WARN, waiting
         if failed or refused:
-            return DiagnosticStatus.WARN, f'of {count} targets {failed} failed, {refused} refused'
-        return DiagnosticStatus.OK, f'{count} targets solved' if count else 'no targets'
+            level = _level((failed + refused) / count, limits.warn_failed_ratio, limits.error_failed_ratio)
+            yield level, f'of {count} targets {failed} failed, {refused} refused'
+        else:
+            yield OK, f'{count} targets solved' if count else 'no targets'
+        latency = _percentile(self.latencies, 99)
+        yield _level(latency, limits.warn_latency, limits.error_latency), f'latency p99 {1e3 * latency:.3g} ms'
+        if self.internal_errors:
+            yield ERROR, f'{self.internal_errors} targets met an internal error'
 
     def _figures(self, period: float) -> dict[str, Any]:
         """Rates [1/s], times [s] and what went wrong how often."""
@@ -76,6 +110,32 @@ class Health:
         }
 
 
+def _inputs(
+    limits: Limits, waiting: str, joint_states_age: float | None, target_age: float
+) -> Iterator[tuple[bytes, str]]:
+    """Yield level and text of what the node waits for; as diagnostic_updater has it, silence is a WARN.
+
+    The level STALE is for the aggregator to give to a node that reports nothing at all.
+    """
+    if waiting:
+        yield WARN, waiting
+    if joint_states_age is not None:
+        since = f'for {joint_states_age:.1f} s' if math.isfinite(joint_states_age) else 'of every joint yet'
+        yield _level(joint_states_age, limits.joint_states_timeout), f'no joint states {since}'
+    yield _level(target_age, limits.target_timeout), f'no target for {target_age:.1f} s'
+
+
+def _level(value: float, warn: float, error: float = 0.0) -> bytes:
+    """Compare with both limits; 0 is none, and NaN is beyond nothing."""
+    if error and value >= error:
+        return ERROR
+    return WARN if warn and value >= warn else OK
+
+
 def _percentile(values: list[float], percent: float) -> float:
     """Return the percentile [s], NaN of nothing."""
     return round(float(np.percentile(values, percent)), 7) if values else float('nan')
+
+
+def _rounded(age: float | None) -> float:
+    return float('nan') if age is None else round(age, 3)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from sensor_msgs.msg import JointState
@@ -13,18 +15,25 @@ from ros_ik_pkg.ros.answer import RefusedError, shorten
 MAX_SOURCES = 64  # publishers with different sets of names; the one that was silent longest goes first
 
 
+class Kept(NamedTuple):
+    """A message, and when it came [s, monotonic]: its own stamp may be zero, or of another clock."""
+
+    message: JointState
+    arrival: float
+
+
 class JointStates:
     """The newest message of every set of joint names; the newest message that names a joint speaks for it."""
 
     def __init__(self) -> None:
-        self._newest: dict[tuple[str, ...], JointState] = {}
+        self._newest: dict[tuple[str, ...], Kept] = {}
 
     def keep(self, message: JointState) -> None:
         """Take a message; all else is left for when a target comes."""
         names = tuple(message.name)
         self._newest.pop(names, None)
         self._newest.pop((), None)  # one without names is at fault for nothing but itself
-        self._newest[names] = message
+        self._newest[names] = Kept(message, time.monotonic())
         if len(self._newest) > MAX_SOURCES:
             del self._newest[next(iter(self._newest))]
 
@@ -36,16 +45,25 @@ class JointStates:
     def seed(self, joint_names: Sequence[str]) -> np.ndarray:
         """Return the positions (n,) of these joints [rad, m]; refuse the target where they are not known."""
         found: dict[str, float] = {}
-        for names, message in reversed(self._newest.items()):
+        for names, (message, _) in reversed(self._newest.items()):
             found |= _positions(names, message, [name for name in joint_names if name not in found])
             if len(found) == len(joint_names):
                 return np.array([found[name] for name in joint_names])
         raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
 
+    def age(self, joint_names: Sequence[str]) -> float:
+        """Return how long ago the joint that was silent longest was heard of [s]; infinite where one never was."""
+        missing = set(joint_names)
+        for names, (_, arrival) in reversed(self._newest.items()):
+            missing.difference_update(names)
+            if not missing:
+                return time.monotonic() - arrival
+        return math.inf
+
     def positions(self) -> dict[str, float]:
         """Return every position that was given, by joint name [rad, m]."""
         merged: dict[str, float] = {}
-        for names, message in self._newest.items():
+        for names, (message, _) in self._newest.items():
             if len(message.position) == len(names):
                 merged.update(zip(names, message.position))
         return merged

@@ -92,7 +92,7 @@ class IkNode(Node):
         arm_changed = self._answering.settings is not None and arm is not self._answering.arm
         self._answering.take_over(settings, arm)
         if arm_changed:
-            self.get_logger().info(self._described())
+            self.get_logger().info(self._described(), throttle_duration_sec=LOG_PERIOD)
 
     def _on_robot_description(self, message: String) -> None:
         """Load the arm of the topic where the parameters name none; a malformed one leaves the old arm."""
@@ -119,10 +119,12 @@ class IkNode(Node):
         waiting = '' if arm else AWAITING_ROBOT
         if waiting:
             self.get_logger().info(waiting, throttle_duration_sec=WAITING_LOG_PERIOD)
-        name = f'{self.get_fully_qualified_name()}: health'
-        message = DiagnosticArray(
-            status=[self._health.report(name, arm.name if arm else '', waiting, HEALTH_PERIOD)]
+        status = self._health.report(
+            self._answering.settings.health_limits, HEALTH_PERIOD, waiting, self._answering.joint_states_age()
         )
+        status.name = f'{self.get_fully_qualified_name()}: health'
+        status.hardware_id = arm.name if arm else ''
+        message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
 

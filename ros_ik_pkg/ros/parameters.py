@@ -15,6 +15,7 @@ from rclpy.parameter import Parameter
 from ros_ik_pkg.ik import METHODS, OPTIONS, Arm, IkError, OptionError, SolveOptions
 from ros_ik_pkg.ik.options import Option
 from ros_ik_pkg.ros.answer import shorten
+from ros_ik_pkg.ros.health import Limits
 
 SEED_SOURCES = ('joint_states', 'last_solution', 'home')
 
@@ -56,8 +57,26 @@ SEED_OPTIONS = (
 COMPARE_OPTION = _node_option(
     'compare', (), 'methods that solve every target too, for comparison', (*METHODS, 'all')
 )
+
+
+def _health_limit(name: str, default: float, text: str, unit: str = '', maximum: float = 3600.0) -> Option:
+    return Option(name, f'diagnostics.{name}', default, f'{text}; 0: never', unit, minimum=0.0, maximum=maximum)
+
+
+HEALTH_OPTIONS = (
+    _health_limit('warn_failed_ratio', 0.01, 'WARN from this share of failed or refused targets on', maximum=1.0),
+    _health_limit('error_failed_ratio', 0.0, 'ERROR from this share of failed or refused targets on', maximum=1.0),
+    _health_limit('warn_latency', 0.0, 'WARN from this 99th percentile of the latency on', 's'),
+    _health_limit('error_latency', 0.0, 'ERROR from this 99th percentile of the latency on', 's'),
+    _health_limit('joint_states_timeout', 2.0, 'WARN where a joint was not heard of for so long, while seeds are '
+                  'joint states', 's'),
+    _health_limit('target_timeout', 0.0, 'WARN where no target came for so long', 's'),
+)  # fmt: skip
 NODE_OPTIONS = (*ARM_OPTIONS, *SEED_OPTIONS, COMPARE_OPTION)
-PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *SEED_OPTIONS, COMPARE_OPTION)}
+PARAMETERS = {
+    option.ros_name: option
+    for option in (*ARM_OPTIONS, *OPTIONS, *SEED_OPTIONS, COMPARE_OPTION, *HEALTH_OPTIONS)
+}
 ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
 
 
@@ -73,12 +92,18 @@ class Settings:
     seed_source: str
     home_until_joint_states: bool
     compare: tuple[str, ...]
+    health_limits: Limits
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> Settings:
         """Check values by parameter name, all of them; raise OptionError that names the first wrong one."""
         options = SolveOptions(**{option.name: values[option.ros_name] for option in OPTIONS})
-        return cls(options, **{option.name: option.check(values[option.ros_name]) for option in NODE_OPTIONS})
+        limits = Limits(**_checked(HEALTH_OPTIONS, values))
+        return cls(options, **_checked(NODE_OPTIONS, values), health_limits=limits)
+
+
+def _checked(options: Iterable[Option], values: Mapping[str, Any]) -> dict[str, Any]:
+    return {option.name: option.check(values[option.ros_name]) for option in options}
 
 
 Prepare = Callable[[Settings, bool], Arm | None]
