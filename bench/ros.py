@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 
@@ -20,9 +18,11 @@ from bench.cases import make_case
 from bench.process import ROOT
 from ros_ik_pkg.ik import Arm, load_arm
 from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.client import NodeError
 from ros_ik_pkg.ros.process import make_executor
-from ros_ik_pkg.tools.client import NodeError, ros_node
+from ros_ik_pkg.tools import processes
 from ros_ik_pkg.tools.domain import own_domain
+from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
 
 ROS_HEAD = ['listeners', 'targets a second', 'node', 'p50 us', 'p99 us', 'p50 over echo', 'answered %', 'newest lost']
@@ -113,20 +113,10 @@ def command_of(side: str, arm: Arm, robot: str) -> list[str]:
     return ['ros_ik_pkg.ros.ik_node', '--ros-args', *(word for text in parameters for word in ('-p', text))]
 
 
-@contextlib.contextmanager
-def running(module: list[str], namespace: str) -> Iterator[None]:
+def running(command: list[str], namespace: str) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
     """Run a node in its own process and namespace."""
-    command = [sys.executable, '-m', *module, '-r', f'__ns:=/{namespace}', '--log-level', 'warn']
-    environment = {**os.environ, 'PYTHONPATH': str(ROOT)}
-    process = subprocess.Popen(command, cwd=ROOT, env=environment, start_new_session=True)
-    try:
-        yield
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(timeout=10.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
+    arguments = [*command, '-r', f'__ns:=/{namespace}', '--log-level', 'warn']
+    return processes.running(*arguments, cwd=ROOT, env={**os.environ, 'PYTHONPATH': str(ROOT)})
 
 
 def _measure(name: str, sides: list[Side], spin: Callable[[float], None]) -> list[list[str]]:

@@ -24,8 +24,10 @@ from std_msgs.msg import Float64MultiArray, String
 
 from ros_ik_pkg.ik.robot import Arm
 from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.ros.parameters import PARAMETERS
-from ros_ik_pkg.tools.client import IkClient, NodeError, Reply, ros_node
+from ros_ik_pkg.ros.reply import Reply
+from ros_ik_pkg.tools.processes import ros_node
 
 ROOT = FilePath(__file__).resolve().parents[1]
 START_TIMEOUT = 300.0  # s; the first start on a machine compiles
@@ -44,8 +46,8 @@ class Client(IkClient):
         self.health: list[DiagnosticStatus] = []
         super().__init__(node, name)
         self._descriptions = self._publisher(interface.ROBOT_DESCRIPTION)
-        self._set_one_by_one = node.create_client(SetParameters, f'{self.name}/set_parameters')
-        node.create_subscription(
+        self._set_one_by_one = self.node.create_client(SetParameters, f'{self.name}/set_parameters')
+        self.node.create_subscription(
             interface.DIAGNOSTICS.type, interface.DIAGNOSTICS.name, self._on_health, interface.DIAGNOSTICS.qos
         )
 
@@ -59,6 +61,12 @@ class Client(IkClient):
 
     def _on_health(self, message: DiagnosticArray) -> None:
         self.health.append(message.status[0])
+
+    def solve(self, pose: PoseStamped, timeout: float) -> Reply:
+        """Leave in the pose the stamp under which it was answered, too."""
+        reply = super().solve(pose, timeout)
+        pose.header.stamp.sec, pose.header.stamp.nanosec = reply.stamp
+        return reply
 
     def send(self, pose: PoseStamped) -> None:
         """Publish a target as it is, and wait for nothing."""
@@ -138,8 +146,7 @@ def node_process(log: FilePath, *ros_args: str) -> Iterator[subprocess.Popen]:
 @contextlib.contextmanager
 def connected(kind: type[Client], log: FilePath, *ros_args: str) -> Iterator[Client]:
     """Run a node and a client of it that have found each other."""
-    with node_process(log, *ros_args) as process, ros_node('test_client') as node:
-        client = kind(node)
+    with node_process(log, *ros_args) as process, ros_node('test_client') as node, kind(node) as client:
         wait_until_ready(process, log)
         client.connect()
         yield client

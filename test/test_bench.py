@@ -29,7 +29,7 @@ from bench.table import markdown, solve_table
 from bench.wire import receive, send
 from ros_ik_pkg.ik import METHODS, SolveOptions, load_arm, robot_names, solve_batch
 from ros_ik_pkg.ros.process import make_executor
-from ros_ik_pkg.tools.client import ros_node
+from ros_ik_pkg.tools.processes import ros_node
 
 ROOT = Path(__file__).resolve().parents[1]
 COUNT = 60

@@ -11,7 +11,7 @@ from ros_ik_pkg.compare import compare_methods
 from ros_ik_pkg.compare.palette import COLOURS, TARGET, rgb
 from ros_ik_pkg.ik import METHODS, SolveOptions, load_arm
 from ros_ik_pkg.ros import interface
-from ros_ik_pkg.tools.client import values
+from ros_ik_pkg.ros.reply import values
 
 pytestmark = allow_lark
 ITERATIONS = 300

@@ -133,8 +133,8 @@ def test_iterations_and_trace_have_the_same_numbers_and_end_at_the_solution(clie
     before = len(client.traces)
     reply = client.solve(pose_of(target), TIMEOUT)
     client.wait_for(lambda: len(client.traces) > before, 'a trace')
-    client.wait_for(lambda: stamp_of(client.iterations[-1]) == stamp_of_reply(client, reply), 'iterations')
-    client.wait_for(lambda: stamp_of(client.paths[-1]) == stamp_of_reply(client, reply), 'a path')
+    client.wait_for(lambda: stamp_of(client.iterations[-1]) == reply.stamp, 'iterations')
+    client.wait_for(lambda: stamp_of(client.paths[-1]) == reply.stamp, 'a path')
     trace, statuses = client.traces[-1], client.iterations[-1].status
     matrix = np.array(trace.data).reshape([dim.size for dim in trace.layout.dim])
     rows = [[float(pair.value) for pair in status.values] for status in statuses]
@@ -144,11 +144,6 @@ def test_iterations_and_trace_have_the_same_numbers_and_end_at_the_solution(clie
     last = client.paths[-1].poses[-1].pose.position
     np.testing.assert_allclose([last.x, last.y, last.z], target[:3, 3], atol=2 * POSITION)
     assert client.paths[-1].header.frame_id == arm.base_frame
-
-
-def stamp_of_reply(client, reply):
-    """Return the stamp that a reply is kept under."""
-    return next(key for key, value in client.replies.items() if value is reply)
 
 
 def test_targets_may_be_given_in_any_frame_of_the_robot(client, arm):

@@ -17,7 +17,8 @@ from ros_ik_pkg.compare.table import cells
 from ros_ik_pkg.ik import METHODS
 from ros_ik_pkg.panel.answers import run_of
 from ros_ik_pkg.ros import interface
-from ros_ik_pkg.tools.client import ros_node, values
+from ros_ik_pkg.ros.reply import values
+from ros_ik_pkg.tools.processes import ros_node
 
 need_browser()
 pytestmark = allow_lark

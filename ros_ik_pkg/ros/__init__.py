@@ -1,1 +1,16 @@
-"""The ROS adapter: messages in, messages out, parameters; the only part of the package that imports rclpy."""
+"""The ROS adapter: messages in, messages out, parameters; the only part of the package that imports rclpy.
+
+For programs: `from ros_ik_pkg.ros import IkClient, NodeError, Reply`.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_MODULES = {'IkClient': 'client', 'NodeError': 'client', 'Reply': 'reply'}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what programs use when they ask for it; the other modules need no client."""
+    if name not in _MODULES:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    return getattr(import_module(f'{__name__}.{_MODULES[name]}'), name)

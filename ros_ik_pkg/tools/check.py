@@ -10,7 +10,7 @@ import pinocchio
 
 from ros_ik_pkg.ik import SolveOptions
 from ros_ik_pkg.ik.robot import Arm
-from ros_ik_pkg.tools.client import Reply
+from ros_ik_pkg.ros.reply import Reply
 
 BARS = '▁▂▃▄▅▆▇█'
 CURVE_WIDTH = 24

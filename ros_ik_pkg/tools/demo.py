@@ -14,9 +14,10 @@ import numpy as np
 
 from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm
 from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.tools.check import Check, judge_reachable, judge_unreachable
-from ros_ik_pkg.tools.client import IkClient, NodeError, ros_node
 from ros_ik_pkg.tools.domain import own_domain
+from ros_ik_pkg.tools.processes import ros_node, running
 from ros_ik_pkg.tools.send_target import pose_message
 
 REACHABLE = 5
@@ -44,8 +45,12 @@ def main() -> int:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the node is stopped too
     try:
         arm = load_arm(robot)
-        with own_domain(), running_node(robot) as process, ros_node('demo') as node:
-            client = IkClient(node, with_iterations=True)
+        with (
+            own_domain(),
+            running_node(robot) as process,
+            ros_node('demo') as node,
+            IkClient(node, with_iterations=True) as client,
+        ):
             wait_for_start(client, process)
             return report(list(checks(client, arm)))
     except (IkError, NodeError) as error:
@@ -55,20 +60,10 @@ def main() -> int:
         return 130
 
 
-@contextlib.contextmanager
-def running_node(robot: str) -> Iterator[subprocess.Popen[bytes]]:
-    """Run the IK node as a process of its own, and stop it as Ctrl-C would."""
+def running_node(robot: str) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
+    """Run the IK node as a process of its own."""
     quoted = robot.replace("'", "''")
-    command = [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args', '-p', f"robot:='{quoted}'"]
-    process = subprocess.Popen(command, start_new_session=True)
-    try:
-        yield process
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(timeout=10.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
+    return running('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', f"robot:='{quoted}'")
 
 
 def wait_for_start(client: IkClient, process: subprocess.Popen[bytes]) -> None:

@@ -9,8 +9,10 @@ import numpy as np
 import pinocchio
 from geometry_msgs.msg import PoseStamped
 
+from ros_ik_pkg.ros.client import DISCOVERY_TIMEOUT, IkClient, NodeError
 from ros_ik_pkg.ros.interface import NODE_NAME
-from ros_ik_pkg.tools.client import DISCOVERY_TIMEOUT, IkClient, NodeError, Reply, ros_node
+from ros_ik_pkg.ros.reply import Reply
+from ros_ik_pkg.tools.processes import ros_node
 
 
 def arguments() -> argparse.ArgumentParser:
@@ -34,8 +36,7 @@ def main() -> int:
     given = arguments().parse_args()
     pose = given_pose(given)
     try:
-        with ros_node('send_target') as node:
-            client = IkClient(node, given.node)
+        with ros_node('send_target') as node, IkClient(node, given.node) as client:
             client.connect(given.timeout)
             reply = client.solve(pose_message(pose, given.frame), given.timeout)
     except NodeError as error:

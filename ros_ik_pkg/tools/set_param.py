@@ -9,8 +9,9 @@ from typing import Any
 import yaml
 from rcl_interfaces.msg import ParameterType
 
+from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.ros.interface import NODE_NAME
-from ros_ik_pkg.tools.client import IkClient, NodeError, ros_node
+from ros_ik_pkg.tools.processes import ros_node
 
 
 def arguments() -> argparse.ArgumentParser:
@@ -26,8 +27,7 @@ def main() -> int:
     """Set the parameter and say what it is now, or why not."""
     given = arguments().parse_args()
     try:
-        with ros_node('set_param') as node:
-            client = IkClient(node, given.node)
+        with ros_node('set_param') as node, IkClient(node, given.node) as client:
             client.connect()
             set_from_text(client, given.name, given.value)
             print(f'{given.name} = {client.parameter(given.name)!r}')

@@ -1,0 +1,244 @@
+"""A client of the IK node: one target out, everything that comes back for it in."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections.abc import Callable, Mapping, Sequence
+from threading import RLock
+from typing import Any
+
+import rclpy
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.answer import shorten
+from ros_ik_pkg.ros.interface import Topic
+from ros_ik_pkg.ros.reply import Reply, values
+
+DISCOVERY_TIMEOUT = 10.0  # s; discovery takes up to 3 s on a quiet machine
+ASK_AGAIN = 0.5  # s without an answer to the first question
+SEND_AGAIN = 1.0  # s without an answer to a target: it was lost, or the node is slow or not there
+SPIN_PERIOD = 0.1  # s, how often Ctrl-C is looked for
+MILLISECOND, SECOND = 10**6, 10**9  # ns
+WHAT_TO_CHECK = (
+    'start it with scripts/run, and check that ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE are the same for both'
+)
+
+
+class NodeError(RuntimeError):
+    """The node is not there, does not answer, or refuses a parameter; the text says which."""
+
+
+class IkClient:
+    """Talks to the IK node called `name` over its topics and its parameter services.
+
+    The client has a node of its own beside `node`, which it spins while it waits and only then. So its methods may
+    be called from any thread and from callbacks, whoever spins `node`; the calls of several threads take turns.
+    An IK node that was started again is found again.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Any node of the program; its clock stamps the targets.
+    name : str
+        Name of the IK node, with its namespace: `/left/ik_node`.
+    with_iterations : bool
+        Also collect `~/iterations`, which makes the IK node compute them.
+
+    """
+
+    def __init__(self, node: Node, name: str = interface.NODE_NAME, with_iterations: bool = False) -> None:
+        self.name = name if name.startswith('/') else f'/{name}'
+        self.with_iterations = with_iterations
+        self.node = _node_beside(node, self.name)
+        self._executor = SingleThreadedExecutor(context=node.context)
+        self._executor.add_node(self.node)
+        self._one_call = RLock()
+        self._clock, self._newest_stamp = node.get_clock(), 0
+        # So that two clients of one simulated clock, which stands still between its ticks, choose different stamps.
+        self._stamp_delay = random.randrange(MILLISECOND)
+        self._pending: dict[tuple[int, int], Reply] = {}
+        self._pending_frame = ''
+        self._targets = self._publisher(interface.TARGET_POSE)
+        self._joint_states = self._publisher(interface.JOINT_STATES)
+        self._subscribe(interface.SOLUTION, self._on_solution)
+        self._subscribe(interface.RESULT, self._on_result)
+        if with_iterations:
+            self._subscribe(interface.ITERATIONS, self._on_iterations)
+        self._parameters: AsyncParameterClient | None = None
+
+    def __enter__(self) -> IkClient:
+        """Return the client; the end of the `with` closes it."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close."""
+        self.close()
+
+    def close(self) -> None:
+        """Take the client's own node down; `node` stays."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+
+    def connect(self, timeout: float = DISCOVERY_TIMEOUT) -> None:
+        """Wait until messages pass both ways; raises NodeError after `timeout` seconds.
+
+        `solve` needs no call of this; it is for those who want to know early, or to listen to more topics.
+        """
+        deadline = time.monotonic() + timeout
+        if self._parameters is None:
+            self._parameters = AsyncParameterClient(self.node, self.name)
+        if not self._parameters.wait_for_services(timeout):
+            raise NodeError(f'no node {self.name} within {timeout:g} s; {WHAT_TO_CHECK}')
+        # DDS announces subscriptions in order, so an answer of the service that was made last proves that the node
+        # knows all of this client. The question, to set nothing, is repeated: a service drops its answer to a client
+        # that it has not discovered yet.
+        while not self._spin_until(
+            self._parameters.set_parameters_atomically([]).done, min(deadline, time.monotonic() + ASK_AGAIN)
+        ):
+            if time.monotonic() > deadline:
+                raise NodeError(f'{self.name} did not answer within {timeout:g} s')
+        self._wait_until(self._targets.get_subscription_count, deadline, 'a subscription of targets')
+
+    def solve(self, pose: PoseStamped, timeout: float) -> Reply:
+        """Send a target and wait for what belongs to it.
+
+        The target goes out under the time of now, whatever stamp `pose` has, and again under a new stamp where
+        nothing came back for a while: it is lost where the node has just been started.
+
+        Parameters
+        ----------
+        pose : geometry_msgs.msg.PoseStamped
+            The target, in the frame of its header; empty: the base frame. It is not written to.
+        timeout : float
+            Seconds to wait for the node and for its answer, both together.
+
+        Raises
+        ------
+        NodeError
+            Where no answer came; a target that is refused or cannot be reached is answered.
+
+        """
+        with self._one_call:
+            deadline = time.monotonic() + timeout
+            topic = self._targets.topic_name
+            if not self._spin_until(self._targets.get_subscription_count, deadline):
+                raise NodeError(f'no node takes targets on {topic} within {timeout:g} s; {WHAT_TO_CHECK}')
+            self._pending, self._pending_frame = {}, shorten(pose.header.frame_id)
+            while not self._spin_until(self._whole_reply, min(deadline, self._send(pose) + SEND_AGAIN)):
+                if time.monotonic() >= deadline:
+                    raise NodeError(
+                        f'no answer of {self.name} within {timeout:g} s to a target that was sent '
+                        f'{len(self._pending)} times on {topic}; does the node run, and is this its name?'
+                    )
+            return self._whole_reply()
+
+    def publish_joints(self, positions: Mapping[str, float]) -> None:
+        """Publish joint positions [rad, m], as a robot does."""
+        message = JointState(name=list(positions), position=list(positions.values()))
+        message.header.stamp = self._clock.now().to_msg()
+        self._joint_states.publish(message)
+
+    def parameter(self, name: str) -> Any:
+        """Return the value of a parameter of the node."""
+        return parameter_value_to_python(self._ask('get_parameters', [name]).values[0])
+
+    def parameter_type(self, name: str) -> int:
+        """Return the type of a parameter that the node has, one of rcl_interfaces ParameterType."""
+        return self._ask('get_parameter_types', [name]).types[0]
+
+    def parameter_names(self) -> Sequence[str]:
+        """Return the names of all parameters of the node."""
+        return sorted(self._ask('list_parameters').result.names)
+
+    def set_parameters(self, parameters: Mapping[str, Any]) -> None:
+        """Set parameters by name, all or none; raises NodeError with the node's reason."""
+        request = [Parameter(name, value=value) for name, value in parameters.items()]
+        result = self._ask('set_parameters_atomically', request).result
+        if not result.successful:
+            raise NodeError(result.reason)
+
+    def _topic(self, topic: Topic) -> str:
+        """Resolve a name of the table as the node does."""
+        if topic.name.startswith('~/'):
+            return self.name + topic.name[1:]
+        namespace = self.name.rpartition('/')[0]
+        return f'{namespace}/{topic.name}'
+
+    def _publisher(self, topic: Topic) -> Any:
+        return self.node.create_publisher(topic.type, self._topic(topic), topic.qos)
+
+    def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
+        self.node.create_subscription(topic.type, self._topic(topic), callback, topic.qos)
+
+    def _send(self, pose: PoseStamped) -> float:
+        """Send the pending target under a stamp that was not used before; return the moment [s]."""
+        self._newest_stamp = max(self._newest_stamp + 1, self._clock.now().nanoseconds - self._stamp_delay)
+        sec, nanosec = stamp = divmod(self._newest_stamp, SECOND)
+        self._pending[stamp] = Reply(stamp)
+        header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=pose.header.frame_id)
+        self._targets.publish(PoseStamped(header=header, pose=pose.pose))
+        return time.monotonic()
+
+    def _whole_reply(self) -> Reply | None:
+        """Return the first reply that has all its parts, to any of the stamps that were sent."""
+        return next((reply for reply in self._pending.values() if reply.is_whole(self.with_iterations)), None)
+
+    def _on_solution(self, message: JointState) -> None:
+        self._reply_to(message).joints = dict(zip(message.name, message.position))
+
+    def _on_result(self, message: DiagnosticArray) -> None:
+        if message.header.frame_id == self._pending_frame:
+            self._reply_to(message).status = message.status[0]
+
+    def _on_iterations(self, message: DiagnosticArray) -> None:
+        self._reply_to(message).iterations = [values(status) for status in message.status]
+
+    def _reply_to(self, message: Any) -> Reply:
+        """Find the reply that a message belongs to; other clients' targets get one that nobody reads."""
+        stamp = message.header.stamp.sec, message.header.stamp.nanosec
+        return self._pending.get(stamp) or Reply(stamp)
+
+    def _ask(self, question: str, *arguments: Any) -> Any:
+        """Call one of the parameter services."""
+        if self._parameters is None:
+            self.connect()
+        return self._call(getattr(self._parameters, question)(*arguments))
+
+    def _call(self, future: Any) -> Any:
+        self._wait_until(future.done, time.monotonic() + DISCOVERY_TIMEOUT, 'an answer of its parameter services')
+        return future.result()
+
+    def _wait_until(self, condition: Callable[[], object], deadline: float, what: str) -> None:
+        if not self._spin_until(condition, deadline):
+            raise NodeError(f'{self.name} did not send {what} in time')
+
+    def _spin_until(self, condition: Callable[[], object], deadline: float) -> bool:
+        """Take messages until the condition holds or the time is over; return which."""
+        with self._one_call:
+            while not condition():
+                if (left := deadline - time.monotonic()) <= 0.0:
+                    return False
+                self._executor.spin_once(timeout_sec=min(left, SPIN_PERIOD))
+        return True
+
+
+def _node_beside(node: Node, name: str) -> Node:
+    """Make a node for the client of the IK node `name`; remappings of the program count for it too."""
+    own_name = f'{node.get_name()}_client_of{name.replace("/", "_")}'
+    return rclpy.create_node(
+        own_name,
+        context=node.context,
+        cli_args=['--ros-args', '-r', f'__node:={own_name}'],  # before a __node of the program
+        enable_rosout=False,
+        start_parameter_services=False,
+    )

@@ -1,0 +1,56 @@
+"""What comes back for one target, put together from the messages about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+
+@dataclass
+class Reply:
+    """What the node said about one target.
+
+    Attributes
+    ----------
+    stamp : (int, int)
+        Seconds and nanoseconds of the target that was answered; every message about it carries them.
+    status : DiagnosticStatus or None
+        What came on `~/result`.
+    joints : dict of str to float
+        Joint positions by name [rad, m]; empty where there is no solution.
+    iterations : list of dict
+        The figures of every iteration, by name, where the client asked for them.
+
+    """
+
+    stamp: tuple[int, int]
+    status: DiagnosticStatus | None = None
+    joints: dict[str, float] = field(default_factory=dict)
+    iterations: list[dict[str, str]] = field(default_factory=list)
+
+    @property
+    def solved(self) -> bool:
+        """Whether there are joint positions; anything else has its reason in `message`."""
+        return self.status is not None and self.status.level == DiagnosticStatus.OK
+
+    @property
+    def message(self) -> str:
+        """The node's sentence about the target."""
+        return self.status.message if self.status else 'no result'
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """The figures of the result, by name."""
+        return values(self.status) if self.status else {}
+
+    def is_whole(self, with_iterations: bool) -> bool:
+        """Whether all came that belongs to the outcome."""
+        lacks_joints = self.solved and not self.joints
+        lacks_iterations = with_iterations and 'iterations' in self.figures and not self.iterations
+        return self.status is not None and not lacks_joints and not lacks_iterations
+
+
+def values(status: DiagnosticStatus) -> dict[str, str]:
+    """Return the key-value pairs of a diagnostic status."""
+    return {pair.key: pair.value for pair in status.values}
