@@ -63,9 +63,9 @@ class IkClient:
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(self.node)
         self._one_call = RLock()
-        self._clock, self._newest_stamp = node.get_clock(), 0
+        self._clock = node.get_clock()
         # So that two clients of one simulated clock, which stands still between its ticks, choose different stamps.
-        self._stamp_delay = random.randrange(MILLISECOND)
+        self._newest_stamp = self._stamp_delay = random.randrange(MILLISECOND)
         self._pending: dict[tuple[int, int], Reply] = {}
         self._pending_frame = ''
         self._targets = self._publisher(interface.TARGET_POSE)

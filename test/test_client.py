@@ -1,0 +1,197 @@
+"""IkClient against real nodes: whose answer it is, who may call, and what happens when the node dies."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import re
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from ros_helpers import ROOT, TIMEOUT, allow_lark, node_process, pinocchio_pose, pose_of, wait_until_ready
+from std_msgs.msg import Empty
+
+from ros_ik_pkg.ik import load_arm
+from ros_ik_pkg.ros import IkClient, NodeError
+from ros_ik_pkg.tools.processes import ros_node, running
+
+pytestmark = allow_lark
+
+ARM = load_arm('puma560')
+HOME = ['--ros-args', '-p', 'seed_source:=home']
+NEAR = 1.001e-5  # m; the default tolerance
+COMMON_INTERFACES = (
+    'actionlib_msgs', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'sensor_msgs', 'shape_msgs', 'std_msgs',
+    'std_srvs', 'stereo_msgs', 'trajectory_msgs', 'visualization_msgs',
+)  # fmt: skip
+FAR = np.eye(4) + 9.0 * np.eye(4)[:, :1] * np.eye(4)[3]  # 9 m along x
+
+
+def targets(seed, count=20):
+    """Return poses within reach, near home."""
+    rng = np.random.default_rng(seed)
+    return [ARM.forward(ARM.home + rng.uniform(-0.3, 0.3, ARM.n)) for _ in range(count)]
+
+
+def distance(reply, target):
+    """Return how far the tip is from the target [m], by Pinocchio."""
+    assert reply.solved, reply.message
+    reached = pinocchio_pose(ARM, [reply.joints[name] for name in ARM.joint_names])
+    return np.linalg.norm(reached[:3, 3] - target[:3, 3])
+
+
+@pytest.fixture(scope='module')
+def program():
+    """A program's own node."""
+    with ros_node('program') as node:
+        yield node
+
+
+@pytest.fixture(scope='module')
+def ik_node(tmp_path_factory):
+    """An IK node that starts its solves from home."""
+    log = tmp_path_factory.mktemp('node') / 'log'
+    with node_process(log, *HOME[1:]) as process:
+        wait_until_ready(process, log)
+        yield process
+
+
+@pytest.fixture
+def client(program, ik_node):
+    """A client of the node, fresh: the first solve finds the node."""
+    with IkClient(program) as client:
+        yield client
+
+
+def test_one_call_gives_reason_figures_and_joints_by_name(client):
+    (target,) = targets(seed=0, count=1)
+    reply = client.solve(pose_of(target), TIMEOUT)
+    assert distance(reply, target) < NEAR and set(reply.joints) == set(ARM.joint_names)
+    assert float(reply.figures['position_error']) < NEAR
+    far = client.solve(pose_of(FAR), TIMEOUT)
+    assert not far.solved and not far.joints and 'out of reach' in far.message
+    assert far.stamp > reply.stamp
+
+
+def test_the_pose_is_not_written_to_and_goes_out_under_the_time_of_now(client, program):
+    pose = pose_of(targets(seed=0, count=1)[0])
+    before = program.get_clock().now().nanoseconds
+    sec, nanosec = client.solve(pose, TIMEOUT).stamp
+    assert 0 <= sec * 10**9 + nanosec - before + 10**6 < TIMEOUT * 10**9
+    assert pose.header.stamp.sec == pose.header.stamp.nanosec == 0
+
+
+def test_two_clients_at_once_do_not_mix_their_answers(program, ik_node):
+    def largest_distance(seed):
+        with IkClient(program) as client:
+            return max(distance(client.solve(pose_of(target), TIMEOUT), target) for target in targets(seed))
+
+    with ThreadPoolExecutor() as threads:
+        assert max(threads.map(largest_distance, (1, 2))) < NEAR
+
+
+def test_threads_that_share_a_client_take_turns(client):
+    with ThreadPoolExecutor(3) as threads:
+        found = threads.map(lambda target: distance(client.solve(pose_of(target), TIMEOUT), target), targets(seed=3))
+        assert max(found) < NEAR
+
+
+def test_a_callback_of_a_node_that_is_spun_elsewhere_may_call_solve(client, program):
+    (target,), replies, done = targets(seed=4, count=1), [], threading.Event()
+
+    def call(_message):
+        replies.append(client.solve(pose_of(target), TIMEOUT))
+        done.set()
+
+    program.create_subscription(Empty, 'call', call, 1)
+    trigger, executor = program.create_publisher(Empty, 'call', 1), SingleThreadedExecutor()
+    executor.add_node(program)
+    thread = threading.Thread(target=executor.spin)
+    thread.start()
+    try:
+        trigger.publish(Empty())
+        assert done.wait(TIMEOUT)
+    finally:
+        executor.shutdown()
+        thread.join()
+    assert distance(replies[0], target) < NEAR
+
+
+def test_clients_of_a_clock_that_stands_still_choose_stamps_of_their_own(ik_node, program):
+    node = rclpy.create_node('simulated', parameter_overrides=[Parameter('use_sim_time', value=True)])
+    with IkClient(node) as one, IkClient(node) as other:
+        pose = pose_of(targets(seed=0, count=1)[0])
+        stamps = [[client.solve(pose, TIMEOUT).stamp for _ in range(3)] for client in (one, other)]
+    node.destroy_node()
+    assert all(sorted(set(mine)) == mine for mine in stamps)
+    assert not set(stamps[0]) & set(stamps[1])
+
+
+def test_a_node_that_is_killed_and_started_again_is_found_again(program, tmp_path):
+    pose, name = pose_of(targets(seed=0, count=1)[0]), '/again/ik_node'
+    command = ['ros_ik_pkg.ros.ik_node', *HOME, '-r', '__ns:=/again']
+    with IkClient(program, name) as client:
+        for attempt in range(2):
+            log = tmp_path / f'log{attempt}'
+            with log.open('wb') as output, running(*command, cwd=ROOT, stdout=output, stderr=output) as process:
+                wait_until_ready(process, log)
+                assert [client.solve(pose, TIMEOUT).solved for _ in range(5)] == [True] * 5
+                process.kill()
+                process.wait()
+                with pytest.raises(NodeError, match=f'of {name} within 0.2 s|on /again/target_pose within 0.2 s'):
+                    client.solve(pose, 0.2)
+
+
+def test_without_a_node_the_error_says_what_to_start(program):
+    with IkClient(program, '/nobody/ik_node') as client:
+        expected = r'no node takes targets on /nobody/target_pose within 0\.1 s; start it with scripts/run, .*DOMAIN_ID'
+        with pytest.raises(NodeError, match=expected):
+            client.solve(pose_of(np.eye(4)), 0.1)
+
+
+def test_without_an_answer_the_error_says_how_often_the_target_was_sent(client, program):
+    client.solve(pose_of(np.eye(4)), TIMEOUT)
+    with IkClient(program, '/misnamed') as misnamed:
+        expected = r'no answer of /misnamed within 1.2 s to a target that was sent 2 times on /target_pose; .*its name'
+        misnamed._wait_until(misnamed._targets.get_subscription_count, time.monotonic() + TIMEOUT, 'a match')
+        with pytest.raises(NodeError, match=expected):
+            misnamed.solve(pose_of(np.eye(4)), 1.2)
+
+
+def test_the_example_of_the_docs_prints_joints_by_name(client):
+    client.solve(pose_of(np.eye(4)), TIMEOUT)
+    example = re.search(r'^```python\n(.*?)^```', (ROOT / 'docs' / 'client.md').read_text(), re.M | re.S)[1]
+    done = subprocess.run([sys.executable, '-c', example], cwd=ROOT, capture_output=True, text=True, timeout=60.0)
+    assert (done.returncode, done.stderr) == (0, '')
+    *_, joints = done.stdout.splitlines()
+    assert tuple(ast.literal_eval(joints)) == ARM.joint_names
+
+
+def test_the_services_that_the_docs_rule_out_are_those_of_common_interfaces():
+    named = set(re.findall(r'^\| `\w.*?\| (.*?) \|', (ROOT / 'docs' / 'client.md').read_text(), re.M))
+    assert set(re.findall(r'`(\w+)`', ' '.join(named))) >= services()
+
+
+def services():
+    """Return the names of all services of the packages of common_interfaces that are here."""
+    found = [
+        importlib.import_module(f'{name}.srv')
+        for name in COMMON_INTERFACES
+        if importlib.util.find_spec(name) and importlib.util.find_spec(f'{name}.srv')
+    ]
+    names = {name for module in found for name in dir(module) if name[0].isupper() and '_' not in name}
+    assert {'Trigger', 'GetPlan'} <= names
+    return names
+
+
+def test_the_other_modules_import_no_client():
+    code = 'import ros_ik_pkg.ros.messages, sys; print([name for name in sys.modules if name.startswith("rclpy")])'
+    assert subprocess.check_output([sys.executable, '-c', code], cwd=ROOT, text=True).strip() == '[]'
