@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,16 @@ from ros_helpers import joint_state, pose_of
 from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import TRACE_COLUMNS, Solution, Status, Trace, load_arm
-from ros_ik_pkg.ros.answer import Answer, RefusedError, shorten
+from ros_ik_pkg.ros.answer import CLOSEST, Answer, Command, RefusedError, shorten
 from ros_ik_pkg.ros.joint_states import MAX_SOURCES, JointStates
-from ros_ik_pkg.ros.messages import path_message, solution_message, target_pose, trace_message
+from ros_ik_pkg.ros.messages import (
+    commands_message,
+    path_message,
+    solution_message,
+    target_pose,
+    trace_message,
+    trajectory_message,
+)
 from ros_ik_pkg.ros.statuses import MAX_ITERATION_STATUSES, iterations_message, result_message
 
 ROUNDING = 1e-12
@@ -38,7 +46,8 @@ def answer_with(rows: int = 3) -> Answer:
     target = PoseStamped()
     target.header.stamp.sec, target.header.stamp.nanosec = 12, 34
     target.header.frame_id = 'elsewhere'
-    return Answer(target, 'solved', 'converged', 'fine', 'dls', arm, solution, ('one', 'two'))
+    command = Command(solution.q, duration=0.25)
+    return Answer(target, 'solved', 'converged', 'fine', 'dls', arm, solution, ('one', 'two'), command=command)
 
 
 def values_of(status) -> dict[str, str]:
@@ -162,6 +171,33 @@ def test_the_solution_has_names_positions_base_frame_and_the_stamp_of_the_target
     np.testing.assert_array_equal(message.position, answer.solution.q)
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 34)
     assert message.header.frame_id == answer.arm.base_frame
+
+
+@pytest.mark.parametrize(('asked', 'expected'), [(0.1, (0, 250_000_000)), (2.5, (2, 500_000_000))])
+def test_a_trajectory_has_one_point_that_is_not_due_before_the_limits_allow(asked, expected):
+    answer = answer_with()
+    message = trajectory_message(answer, asked)
+    (point,) = message.points
+    assert tuple(message.joint_names) == answer.arm.joint_names
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (0, 0)
+    np.testing.assert_array_equal(point.positions, answer.command.q)
+    assert (point.time_from_start.sec, point.time_from_start.nanosec) == expected
+    assert list(point.velocities) == list(point.accelerations) == list(point.effort) == []
+
+
+def test_commands_are_the_positions_in_the_order_of_the_arm():
+    answer = answer_with()
+    np.testing.assert_array_equal(commands_message(answer).data, answer.command.q)
+
+
+def test_a_result_says_what_was_published_and_how_far_off_that_is():
+    answer = answer_with()
+    assert values_of(result_message(answer, 'ik_node').status[0])['published'] == 'solution'
+    command = Command(answer.solution.q, CLOSEST, errors=(0.25, 0.5), fraction=0.125, step_time=0.02)
+    figures = values_of(result_message(replace(answer, command=command), 'ik_node').status[0])
+    assert (figures['published'], figures['velocity_limited'], figures['step_time']) == ('closest', '0.125', '0.02')
+    assert (figures['published_position_error'], figures['published_orientation_error']) == ('0.25', '0.5')
+    assert values_of(result_message(replace(answer, command=None), 'ik_node').status[0])['published'] == 'nothing'
 
 
 def test_the_trace_is_a_matrix_with_labelled_columns():

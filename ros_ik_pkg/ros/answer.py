@@ -11,6 +11,7 @@ from ros_ik_pkg.ik import Arm, Solution
 
 SOLVED, FAILED, REFUSED = 'solved', 'failed', 'refused'
 INTERNAL_ERROR = 'internal_error'
+SOLUTION, CLOSEST, NOTHING = 'solution', 'closest', 'nothing'  # what is published on ~/solution
 
 
 class RefusedError(Exception):
@@ -22,12 +23,29 @@ class RefusedError(Exception):
 
 
 @dataclass(frozen=True)
+class Command:
+    """Joint positions that are published for a target.
+
+    q: (n,) [rad, m]. published: SOLUTION or CLOSEST, to which q leads. duration: the shortest time that the velocity
+    limits allow to q [s], 0 where none is known. errors: of q [m, rad], None where it is the solution itself. fraction
+    and step_time [s]: how much of the step was taken, and in what time; None where steps are not limited.
+    """
+
+    q: np.ndarray
+    published: str = SOLUTION
+    duration: float = 0.0
+    errors: tuple[float, float] | None = None
+    fraction: float | None = None
+    step_time: float | None = None
+
+
+@dataclass(frozen=True)
 class Answer:
     """What the node has to say about one target.
 
     `cause` is one word: the label of the solver's status, the cause of a refusal, or INTERNAL_ERROR.
-    What was solved is `base_from_target` (4, 4) from `seed` (n,). Fields are None where the target did not
-    get that far.
+    What was solved is `base_from_target` (4, 4) from `seed` (n,); what goes out to the arm is `command`. Fields are
+    None where the target did not get that far.
     """
 
     target: PoseStamped
@@ -40,6 +58,7 @@ class Answer:
     notes: tuple[str, ...] = ()
     base_from_target: np.ndarray | None = None
     seed: np.ndarray | None = None
+    command: Command | None = None
 
 
 def shorten(text: str, limit: int = 300) -> str:

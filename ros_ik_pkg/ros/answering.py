@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from builtin_interfaces.msg import Time as Stamp
 from geometry_msgs.msg import PoseStamped
+from rclpy.clock import ROSClock
 
 from ros_ik_pkg.ik import ArgumentError, Arm, Solution, solve
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer, RefusedError, shorten
 from ros_ik_pkg.ros.check import fault_of
+from ros_ik_pkg.ros.commands import Commands
 from ros_ik_pkg.ros.joint_states import JointStates
 from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import Settings
@@ -18,16 +21,17 @@ AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and so is
 class Answering:
     """Answers targets with the arm, the settings and the joint states of the moment."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: ROSClock) -> None:
         self.joint_states = JointStates()
         self.arm: Arm | None = None
         self.settings: Settings | None = None
-        self._last_solution: np.ndarray | None = None
+        self._clock = clock
+        self._commands = Commands(clock)
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use these settings and this arm from the next target on."""
         if arm is not self.arm:
-            self._last_solution = None
+            self._commands.forget()
         self.settings, self.arm = settings, arm
 
     def answer(self, target: PoseStamped, trace: bool) -> Answer:
@@ -59,17 +63,34 @@ class Answering:
         arm, options = self.arm, self.settings.options
         if arm is None:
             raise RefusedError('no_robot', AWAITING_ROBOT)
+        self._refuse_stale(target.header.stamp)
         base_from_target, notes = self._base_from_target(target, arm)
         seed, seed_notes = self._seed(arm)
-        solution = solve(arm, base_from_target, seed, options, self._reference(arm), trace)
+        start = self._start(arm, seed)
+        reference = self._reference(arm, seed, start)
+        solution = solve(arm, base_from_target, seed, options, reference, trace)
         outcome, cause, reason = _judge(solution, base_from_target, arm, self.settings)
-        if outcome == SOLVED:
-            self._last_solution = solution.q
         if solution.seed_clipped:
             seed_notes += ('seed outside the limits brought inside',)
-        return Answer(
+        answer = Answer(
             target, outcome, cause, reason, options.method, arm, solution, notes + seed_notes, base_from_target, seed
         )
+        return self._commands.complete(answer, start, reference, self.settings)
+
+    def _refuse_stale(self, stamp: Stamp) -> None:
+        """Refuse a target whose stamp is too far from now; a stamp of 0 is now."""
+        limit = self.settings.target_timeout
+        if not limit or not (stamp.sec or stamp.nanosec):
+            return
+        age = self._clock.now().nanoseconds / 1e9 - (stamp.sec + stamp.nanosec / 1e9)
+        if age > limit:
+            raise RefusedError('stale', f'target is {age:.3f} s old; target_timeout is {limit:g} s')
+        if age < -limit:
+            raise RefusedError(
+                'future',
+                f'target has a stamp {-age:.3f} s ahead of now; target_timeout is {limit:g} s: the clocks of two '
+                'machines differ, or one of the nodes runs on simulated time (use_sim_time)',
+            )
 
     def _base_from_target(self, target: PoseStamped, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
         """Return the target (4, 4) in the base frame, whatever frame of the robot it was given in."""
@@ -85,22 +106,33 @@ class Answering:
     def _seed(self, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
         """Return the configuration (n,) to start from, as seed_source says."""
         source = self.settings.seed_source
-        if source == 'last_solution' and self._last_solution is not None:
-            return self._last_solution, ()
+        if source == 'last_solution' and self._commands.last is not None:
+            return self._commands.last, ()
         if source != 'joint_states':
             return arm.home, ()
         if self.joint_states.empty and self.settings.home_until_joint_states:
             return arm.home, ('no joint state yet, started from home',)
         return self.joint_states.seed(arm.joint_names), ()
 
-    def _reference(self, arm: Arm) -> np.ndarray | None:
-        """Return the joint state (n,) from which max_joint_jump counts; None, the seed, where it is not known."""
-        if self.settings.options.max_joint_jump == 0.0:
-            return None
+    def _start(self, arm: Arm, seed: np.ndarray) -> np.ndarray:
+        """Return where the joints are (n,), from which a step counts: as the seed says, or the joint state."""
+        source = self.settings.seed_source
+        if source == 'joint_states' or (source == 'last_solution' and self._commands.last is not None):
+            return seed
+        return self._joint_state(arm, seed)
+
+    def _reference(self, arm: Arm, seed: np.ndarray, start: np.ndarray) -> np.ndarray:
+        """Return from where (n,) max_joint_jump, 'nearest' and whole turns count."""
+        if self.settings.velocity_limiting != 'none':
+            return start
+        return self._joint_state(arm, seed) if self.settings.options.max_joint_jump > 0.0 else seed
+
+    def _joint_state(self, arm: Arm, seed: np.ndarray) -> np.ndarray:
+        """Return the joint state (n,), the seed where it is not known."""
         try:
             return self.joint_states.seed(arm.joint_names)
         except RefusedError:
-            return None
+            return seed
 
 
 def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:

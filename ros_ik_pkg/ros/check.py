@@ -12,12 +12,9 @@ ROUNDING = 1e-13  # m, rad: two ways to compute one error differ by this much at
 
 def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> str:
     """Say why q (n,) must not be published for the target (4, 4) in the base frame; empty where it may."""
-    if not np.isfinite(q).all():
-        return 'it is not finite'
-    outside = (q < arm.lower) | (q > arm.upper)
-    if options.respect_limits and outside.any():
-        return f'{", ".join(np.array(arm.joint_names)[outside])} outside the limits'
-    position_error, orientation_error = _errors(arm.forward(q), target, np.array(options.task_weights))
+    if fault := fault_of_command(q, arm, options):
+        return fault
+    position_error, orientation_error = errors_of(q, target, arm, options)
     if not position_error <= options.position_tolerance + ROUNDING:
         return f'the tip is {position_error:.3g} m off'
     if not orientation_error <= options.orientation_tolerance + ROUNDING:
@@ -25,8 +22,19 @@ def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions)
     return ''
 
 
-def _errors(base_from_tip: np.ndarray, target: np.ndarray, weights: np.ndarray) -> tuple[float, float]:
-    """Return distance [m] and angle [rad] in the rows of the task, those with a weight above 0."""
+def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
+    """Say why q (n,) must not be published wherever it leads: not finite, or outside the limits."""
+    if not np.isfinite(q).all():
+        return 'it is not finite'
+    outside = (q < arm.lower) | (q > arm.upper)
+    if options.respect_limits and outside.any():
+        return f'{", ".join(np.array(arm.joint_names)[outside])} outside the limits'
+    return ''
+
+
+def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[float, float]:
+    """Return distance [m] and angle [rad] of the tip at q (n,) in the rows of the task, those of a weight above 0."""
+    base_from_tip, weights = arm.forward(q), np.array(options.task_weights)
     position = (target - base_from_tip)[:3, 3]
     orientation = pin.log3(np.ascontiguousarray(target[:3, :3] @ base_from_tip[:3, :3].T))
     in_task = weights > 0.0

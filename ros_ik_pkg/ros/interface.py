@@ -13,6 +13,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
+from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 NODE_NAME = 'ik_node'
@@ -51,7 +52,15 @@ JOINT_STATES = Topic(
 ROBOT_DESCRIPTION = Topic(
     'robot_description', String, 'in', 'URDF, used when the parameters name no robot', latched=True
 )
-SOLUTION = Topic('~/solution', JointState, 'out', 'answers within tolerance and limits only', depth=10)
+SOLUTION = Topic(
+    '~/solution', JointState, 'out', 'answers within tolerance and limits; what else, parameters must ask for', depth=10
+)
+JOINT_TRAJECTORY = Topic(
+    '~/joint_trajectory', JointTrajectory, 'out', 'the same as a point for joint_trajectory_controller'
+)
+POSITION_COMMANDS = Topic(
+    '~/position_commands', Float64MultiArray, 'out', 'the same, positions alone, for forward_command_controller'
+)
 RESULT = Topic(
     '~/result', DiagnosticArray, 'out', 'one status for every target: solved, failed or refused', depth=100
 )
@@ -69,6 +78,8 @@ TOPICS = (
     JOINT_STATES,
     ROBOT_DESCRIPTION,
     SOLUTION,
+    JOINT_TRAJECTORY,
+    POSITION_COMMANDS,
     RESULT,
     ITERATIONS,
     TRACE,

@@ -7,11 +7,12 @@ from array import array
 
 import numpy as np
 import pinocchio as pin
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Duration, Time
 from geometry_msgs.msg import Point, Pose, PoseStamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from ros_ik_pkg.ik import TRACE_COLUMNS, Trace
 from ros_ik_pkg.ros.answer import Answer, RefusedError
@@ -55,8 +56,29 @@ def solution_message(answer: Answer) -> JointState:
     return JointState(
         header=base_header(answer),
         name=list(answer.arm.joint_names),
-        position=array('d', answer.solution.q.tobytes()),
+        position=array('d', answer.command.q.tobytes()),
     )
+
+
+def trajectory_message(answer: Answer, duration: float) -> JointTrajectory:
+    """Return a trajectory of one point, in `duration` [s], later where the velocity limits need it.
+
+    Its stamp is 0, which joint_trajectory_controller takes for now; one of the past it would leave aside.
+    """
+    command = answer.command
+    nanoseconds = math.ceil(1e9 * max(duration, command.duration))
+    point = JointTrajectoryPoint(
+        positions=array('d', command.q.tobytes()),
+        time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9),
+    )
+    message = JointTrajectory(joint_names=list(answer.arm.joint_names), points=[point])
+    message.header.frame_id = answer.arm.base_frame
+    return message
+
+
+def commands_message(answer: Answer) -> Float64MultiArray:
+    """Return the joint positions [rad, m] alone, in the order of the arm's joints from base to tip."""
+    return Float64MultiArray(data=array('d', answer.command.q.tobytes()))
 
 
 def trace_message(answer: Answer, trace: Trace, method: str, run: str) -> Float64MultiArray:

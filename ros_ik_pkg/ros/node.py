@@ -36,7 +36,7 @@ class IkNode(Node):
     def __init__(self) -> None:
         # Undeclared ones are refused by Parameters, by name; rclpy's own refusal does not say which.
         super().__init__(interface.NODE_NAME, allow_undeclared_parameters=True)
-        self._answering = Answering()
+        self._answering = Answering(self.get_clock())
         self._robot_source = RobotSource()
         self._health = Health()
         Parameters(self, self._arm_for, self._take_over)
@@ -61,10 +61,10 @@ class IkNode(Node):
         """Answer one target: the solution leaves first, everything about it after."""
         started = time.perf_counter()
         answer = self._answer(target)
-        self._outputs.publish_solution(answer)
+        settings = self._answering.settings
+        self._outputs.publish_command(answer, settings.trajectory_time)
         self._health.count(answer, time.perf_counter() - started)
         self._outputs.publish_report(answer)
-        settings = self._answering.settings
         self._comparison.submit(answer, settings.compare, settings.options)
         if answer.outcome == REFUSED:
             self.get_logger().warning(f'target refused: {answer.reason}', throttle_duration_sec=LOG_PERIOD)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from rclpy.node import Node
 
 from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.answer import SOLVED, Answer
+from ros_ik_pkg.ros.answer import Answer
 from ros_ik_pkg.ros.interface import heard, publisher
-from ros_ik_pkg.ros.messages import path_message, solution_message, trace_message
+from ros_ik_pkg.ros.messages import commands_message, path_message, solution_message, trace_message, trajectory_message
 from ros_ik_pkg.ros.statuses import iterations_message, result_message
 
 
@@ -17,6 +17,8 @@ class Outputs:
     def __init__(self, node: Node) -> None:
         self._name = node.get_name()
         self._solution = publisher(node, interface.SOLUTION)
+        self._trajectory = publisher(node, interface.JOINT_TRAJECTORY)
+        self._commands = publisher(node, interface.POSITION_COMMANDS)
         self._result = publisher(node, interface.RESULT)
         self._iterations = publisher(node, interface.ITERATIONS)
         self.trace = publisher(node, interface.TRACE)
@@ -26,10 +28,15 @@ class Outputs:
         """Whether anybody listens to what a trace is needed for."""
         return any(map(heard, (self._iterations, self.trace, self._tcp_path)))
 
-    def publish_solution(self, answer: Answer) -> None:
-        """Publish the joints of a solved target, and nothing of another."""
-        if answer.outcome == SOLVED:
-            self._solution.publish(solution_message(answer))
+    def publish_command(self, answer: Answer, trajectory_time: float) -> None:
+        """Publish the command of an answer, if it has one, in every form that somebody listens to."""
+        if answer.command is None:
+            return
+        self._solution.publish(solution_message(answer))
+        if heard(self._trajectory):
+            self._trajectory.publish(trajectory_message(answer, trajectory_time))
+        if heard(self._commands):
+            self._commands.publish(commands_message(answer))
 
     def publish_report(self, answer: Answer) -> None:
         """Publish the result, then the iterations in every form that somebody listens to."""

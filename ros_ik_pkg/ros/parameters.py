@@ -18,6 +18,8 @@ from ros_ik_pkg.ros.answer import shorten
 from ros_ik_pkg.ros.health import Limits
 
 SEED_SOURCES = ('joint_states', 'last_solution', 'home')
+VELOCITY_LIMITING = ('none', 'whole', 'joint')
+OUT_OF_REACH = ('hold', 'closest')
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,9 @@ class ListOption(Option):
         return f'a list of any of {", ".join(self.allowed)}'
 
 
-def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = ()) -> Option:
+def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = (), **spec: Any) -> Option:
     kind = ListOption if isinstance(default, tuple) else Option
-    return kind(name=name, ros_name=name, default=default, text=text, allowed=allowed)
+    return kind(name=name, ros_name=name, default=default, text=text, allowed=allowed, **spec)
 
 
 ARM_OPTIONS = (
@@ -53,6 +55,20 @@ SEED_OPTIONS = (
                  '(before the first: home), or home', SEED_SOURCES),
     _node_option('home_until_joint_states', False, 'start from home while no joint state has come, '
                  'instead of refusing targets'),
+)  # fmt: skip
+STREAM_OPTIONS = (
+    _node_option('velocity_limiting', 'none', 'how a step to the solution is kept within the velocity limits: not '
+                 'at all, shortened as a whole (a straight line of the joints), or each joint by itself',
+                 VELOCITY_LIMITING),
+    _node_option('velocity_scale', 1.0, "share of the arm's velocity limits that is used", minimum=0.01, maximum=1.0),
+    _node_option('max_step_time', 0.1, 'longest time that a limited step may count, also the first and after a pause',
+                 unit='s', minimum=1e-3, maximum=10.0),
+    _node_option('target_timeout', 0.0, 'refuse targets whose stamp is further than this from now, 0 for none; '
+                 'stamp 0 is now', unit='s', minimum=0.0, maximum=3600.0),
+    _node_option('out_of_reach', 'hold', 'what is published for a target without a solution: nothing, or the closest '
+                 'approach from where the arm is', OUT_OF_REACH),
+    _node_option('trajectory_time', 0.1, 'time to the point of ~/joint_trajectory, longer where the velocity limits '
+                 'need it', unit='s', minimum=1e-3, maximum=60.0),
 )  # fmt: skip
 COMPARE_OPTION = _node_option(
     'compare', (), 'methods that solve every target too, for comparison', (*METHODS, 'all')
@@ -72,11 +88,8 @@ HEALTH_OPTIONS = (
                   'joint states', 's'),
     _health_limit('target_timeout', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
-NODE_OPTIONS = (*ARM_OPTIONS, *SEED_OPTIONS, COMPARE_OPTION)
-PARAMETERS = {
-    option.ros_name: option
-    for option in (*ARM_OPTIONS, *OPTIONS, *SEED_OPTIONS, COMPARE_OPTION, *HEALTH_OPTIONS)
-}
+NODE_OPTIONS = (*ARM_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
+PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *HEALTH_OPTIONS)}
 ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
 
 
@@ -91,6 +104,12 @@ class Settings:
     tip_frame: str
     seed_source: str
     home_until_joint_states: bool
+    velocity_limiting: str
+    velocity_scale: float
+    max_step_time: float
+    target_timeout: float
+    out_of_reach: str
+    trajectory_time: float
     compare: tuple[str, ...]
     health_limits: Limits
 

@@ -8,7 +8,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from ros_ik_pkg.ik import TRACE_COLUMNS
-from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer, shorten
+from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, NOTHING, REFUSED, SOLVED, Answer, shorten
 from ros_ik_pkg.ros.messages import base_header, stamp_text
 
 LEVELS = {SOLVED: DiagnosticStatus.OK, FAILED: DiagnosticStatus.WARN, REFUSED: DiagnosticStatus.ERROR}
@@ -40,6 +40,7 @@ def _result_values(answer: Answer) -> dict[str, Any]:
         'method': answer.method,
         'status': answer.cause,
         **_figures(answer),
+        **_command_figures(answer),
         'notes': '; '.join(answer.notes),
         'target_frame': shorten(header.frame_id),
         'target_stamp': stamp_text(header.stamp),
@@ -61,6 +62,19 @@ def _figures(answer: Answer) -> dict[str, Any]:
         'sigma_min': solution.sigma_min,
         'joints_at_limits': ' '.join(names[i] for i in solution.joints_at_limits),
     }
+
+
+def _command_figures(answer: Answer) -> dict[str, Any]:
+    """Return what was published, and what kept it from being the solution itself."""
+    command = answer.command
+    if command is None:
+        return {'published': NOTHING}
+    figures: dict[str, Any] = {'published': command.published}
+    if command.errors is not None:
+        figures |= dict(zip(('published_position_error', 'published_orientation_error'), command.errors))
+    if command.fraction is not None:
+        figures |= {'velocity_limited': command.fraction, 'step_time': command.step_time}
+    return figures
 
 
 def iterations_message(answer: Answer, node_name: str) -> DiagnosticArray:

@@ -1,0 +1,113 @@
+"""From an answer to what is published: the solution, a step towards it, the closest approach, or nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from rclpy.clock import ROSClock
+
+from ros_ik_pkg.ik import Status, solve
+from ros_ik_pkg.ros.answer import CLOSEST, FAILED, INTERNAL_ERROR, SOLUTION, SOLVED, Answer, Command
+from ros_ik_pkg.ros.check import errors_of, fault_of_command
+from ros_ik_pkg.ros.parameters import Settings
+from ros_ik_pkg.ros.velocity import StepError, StepTimer, limited_step, reach_of_step, travel_time
+
+# Failures after which nothing is published even with out_of_reach: closest. After a step that was not finite nothing
+# about the solve is to be trusted, and answers beyond max_joint_jump are there, but not wanted.
+HELD = frozenset({Status.NOT_FINITE.label, Status.JOINT_JUMP.label, INTERNAL_ERROR})
+
+
+class Commands:
+    """Gives answers their commands, and remembers the last: `last` (n,) [rad, m]."""
+
+    def __init__(self, clock: ROSClock) -> None:
+        self.last: np.ndarray | None = None
+        self._timer = StepTimer(clock)
+
+    def forget(self) -> None:
+        """Begin anew, with another arm."""
+        self.last = None
+        self._timer.restart()
+
+    def complete(self, answer: Answer, start: np.ndarray, reference: np.ndarray, settings: Settings) -> Answer:
+        """Return the answer with its command, if it has one, and with notes on that.
+
+        start: (n,) where the joints are [rad, m], from which a step counts. reference: (n,) from which
+        max_joint_jump counts.
+        """
+        try:
+            command, notes = self._command(answer, start, reference, settings)
+        except StepError as error:
+            reason = _too_far_outside(answer.arm.joint_names[error.joint], start[error.joint])
+            return replace(answer, outcome=FAILED, cause='velocity_limit', reason=reason)
+        if command is None:
+            return replace(answer, notes=answer.notes + notes) if notes else answer
+        if fault := fault_of_command(command.q, answer.arm, settings.options):
+            reason = f'internal error: a command did not pass the last check, {fault}'
+            return replace(answer, outcome=FAILED, cause=INTERNAL_ERROR, reason=reason)
+        self.last = command.q
+        return replace(answer, command=command, notes=answer.notes + notes)
+
+    def _command(
+        self, answer: Answer, start: np.ndarray, reference: np.ndarray, settings: Settings
+    ) -> tuple[Command | None, tuple[str, ...]]:
+        """Return what goes out, None for nothing, and notes."""
+        if answer.outcome == SOLVED:
+            return self._towards(answer.solution.q, SOLUTION, answer, start, settings)
+        if settings.out_of_reach != CLOSEST or answer.cause in HELD:
+            return None, ()
+        q = closest_approach(answer, start, settings)
+        jump, most = float(np.abs(q - reference).max()), settings.options.max_joint_jump
+        if most and not jump <= most:
+            return None, (f'closest approach not published: a joint would jump by {jump:.3g}, beyond max_joint_jump',)
+        return self._towards(q, CLOSEST, answer, start, settings)
+
+    def _towards(
+        self, goal: np.ndarray, published: str, answer: Answer, start: np.ndarray, settings: Settings
+    ) -> tuple[Command, tuple[str, ...]]:
+        """Return the command that leads from start to goal (n,), as far as velocity_limiting lets it go."""
+        now = self._timer.now()
+        limits = settings.velocity_scale * answer.arm.velocity_limits
+        q, step_time, fraction, notes = goal, None, None, ()
+        if settings.velocity_limiting != 'none':
+            step_time = self._timer.elapsed(now, settings.max_step_time)
+            reach = reach_of_step(limits, step_time)
+            q, fraction = limited_step(start, goal, reach, *_bounds(answer, settings), settings.velocity_limiting)
+            notes = _notes(limits, fraction)
+        self._timer.step_taken(now)
+        errors = None
+        if q is not goal or published == CLOSEST:
+            errors = errors_of(q, answer.base_from_target, answer.arm, settings.options)
+        return Command(q, published, travel_time(start, q, limits), errors, fraction, step_time), notes
+
+
+def closest_approach(answer: Answer, start: np.ndarray, settings: Settings) -> np.ndarray:
+    """Return where one descent from where the joints are ends (n,).
+
+    The search itself looks everywhere, and its nearest approach may be another posture or a turn away, nearer by a
+    rounding. This one stays in the posture, and it is of sdls, whose steps stay bounded and do not swing at the edge of
+    what can be reached.
+    """
+    options = replace(settings.options, method='sdls', max_attempts=1, choice='first')
+    return solve(answer.arm, answer.base_from_target, start, options).q
+
+
+def _bounds(answer: Answer, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+    """Return the joint limits (n,) that a command must keep."""
+    if settings.options.respect_limits:
+        return answer.arm.lower, answer.arm.upper
+    return np.full(answer.arm.n, -np.inf), np.full(answer.arm.n, np.inf)
+
+
+def _too_far_outside(name: str, position: float) -> str:
+    return (
+        f'{name} is at {position:.6g}, further outside its limits than one step within the velocity limits leads; '
+        'expected a joint within its limits: bring it back by other means'
+    )
+
+
+def _notes(velocity_limits: np.ndarray, fraction: float) -> tuple[str, ...]:
+    if np.isinf(velocity_limits).all():
+        return ('step not limited: no velocity limit of this arm is known',)
+    return (f'velocity limit: {fraction:.3g} of the step taken',) if fraction < 1.0 else ()

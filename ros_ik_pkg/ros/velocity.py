@@ -1,0 +1,103 @@
+"""Steps within the velocity limits: how far each joint may go in the time since the last step."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from rclpy.clock import ROSClock
+
+
+class StepError(Exception):
+    """No configuration is both within the limits and within reach of one step, because of the joint of that index."""
+
+    def __init__(self, joint: int) -> None:
+        super().__init__(f'joint {joint} is further outside its limits than one step leads')
+        self.joint = joint
+
+
+def limited_step(
+    start: np.ndarray, goal: np.ndarray, reach: np.ndarray, lower: np.ndarray, upper: np.ndarray, mode: str
+) -> tuple[np.ndarray, float]:
+    """Take the step from `start` towards `goal` as far as it may go.
+
+    Parameters
+    ----------
+    start, goal : (n,) arrays
+        Where the joints are and where they shall be [rad, m]; `goal` is within the limits, `start` need not be.
+    reach : (n,) array
+        How far each joint may go [rad, m]; inf for any distance.
+    lower, upper : (n,) arrays
+        Joint limits [rad, m].
+    mode : str
+        'whole' shortens the step as a whole, on a straight line of the joints; 'joint' each joint by itself.
+
+    Returns
+    -------
+    q : (n,) array
+        Within the limits and within reach; `goal` itself where that is.
+    fraction : float
+        Share of its way, 0 to 1, that the joint has gone which is held back most.
+
+    Raises
+    ------
+    StepError
+        Where `start` is so far outside the limits that one step does not lead back inside.
+
+    """
+    low, high = np.maximum(lower, start - reach), np.minimum(upper, start + reach)
+    if (low > high).any():
+        raise StepError(int(np.argmax(low - high)))
+    step = goal - start
+    fraction = _share(np.abs(step), reach)
+    if fraction == 1.0:
+        return goal, fraction
+    return np.clip(start + fraction * step if mode == 'whole' else goal, low, high), fraction
+
+
+def _share(distance: np.ndarray, reach: np.ndarray) -> float:
+    """Return the smallest share, at most 1, of the distances (n,) that is within reach (n,)."""
+    moving = distance > 0.0
+    with np.errstate(over='ignore'):
+        return float(np.min(reach[moving] / distance[moving], initial=1.0))
+
+
+def reach_of_step(velocity_limits: np.ndarray, duration: float) -> np.ndarray:
+    """Return how far each joint may go (n,) [rad, m] in a time [s]; inf where no limit (n,) [rad/s, m/s] is known."""
+    return np.where(np.isinf(velocity_limits), np.inf, np.minimum(velocity_limits, 1e12) * duration)
+
+
+def travel_time(start: np.ndarray, goal: np.ndarray, velocity_limits: np.ndarray) -> float:
+    """Return the shortest time [s] from start to goal (n,) within the velocity limits (n,)."""
+    return float(np.max(np.abs(goal - start) / velocity_limits))
+
+
+class StepTimer:
+    """Time since the last step, never longer than a bound; the bound itself where there is no last one.
+
+    It is steady time, so that nobody who sets the clock makes an arm leap. On simulated time (`use_sim_time`) it is
+    that one: a simulated arm moves in it. It stands still with the simulation, and where it runs backwards, everything
+    has begun anew.
+    """
+
+    def __init__(self, clock: ROSClock) -> None:
+        self._clock = clock
+        self._last: float | None = None
+
+    def now(self) -> float:
+        """Return the time [s]."""
+        return self._clock.now().nanoseconds / 1e9 if self._clock.ros_time_is_active else time.monotonic()
+
+    def elapsed(self, now: float, longest: float) -> float:
+        """Return the time [s] since the last step, at most `longest`."""
+        if self._last is None or now < self._last:
+            return longest
+        return min(now - self._last, longest)
+
+    def step_taken(self, now: float) -> None:
+        """Count from now on."""
+        self._last = now
+
+    def restart(self) -> None:
+        """Forget the last step."""
+        self._last = None
