@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 
 import numpy as np
@@ -138,6 +139,13 @@ def test_a_bad_target_is_refused_with_its_reason(client, case):
     reply = client.solve(pose, TIMEOUT)
     assert reply.figures['outcome'] == 'refused' and not reply.joints
     assert words in reply.message
+
+
+@pytest.mark.skipif(importlib.util.find_spec('tf2_ros') is not None, reason='tf2_ros is installed')
+def test_without_tf_the_refusal_of_an_unknown_frame_says_that_it_is_not_there(client):
+    message = client.solve(bad_pose(frame='camera'), TIMEOUT).message
+    assert "frame 'camera' does not exist; known: base_link" in message
+    assert "TF is not available here: No module named 'tf2_ros'" in message
 
 
 @pytest.mark.parametrize('case', BAD_JOINT_STATES)

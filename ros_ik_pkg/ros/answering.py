@@ -11,6 +11,7 @@ from ros_ik_pkg.ik import ArgumentError, Arm, Solution, solve
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer, RefusedError, shorten
 from ros_ik_pkg.ros.check import fault_of
 from ros_ik_pkg.ros.commands import Commands
+from ros_ik_pkg.ros.frames import Frames
 from ros_ik_pkg.ros.joint_states import JointStates
 from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import Settings
@@ -21,8 +22,9 @@ AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and so is
 class Answering:
     """Answers targets with the arm, the settings and the joint states of the moment."""
 
-    def __init__(self, clock: ROSClock) -> None:
+    def __init__(self, clock: ROSClock, frames: Frames) -> None:
         self.joint_states = JointStates()
+        self._frames = frames
         self.arm: Arm | None = None
         self.settings: Settings | None = None
         self._clock = clock
@@ -30,6 +32,7 @@ class Answering:
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use these settings and this arm from the next target on."""
+        self._frames.set_timeout(settings.tf_timeout)
         if arm is not self.arm:
             self._commands.forget()
         self.settings, self.arm = settings, arm
@@ -93,15 +96,23 @@ class Answering:
             )
 
     def _base_from_target(self, target: PoseStamped, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Return the target (4, 4) in the base frame, whatever frame of the robot it was given in."""
+        """Return the target (4, 4) in the base frame, whatever frame of the robot or of TF it was given in."""
         frame_from_target, notes = target_pose(target)
         frame = target.header.frame_id.removeprefix('/')
         if frame in ('', arm.base_frame):
             return frame_from_target, notes
+        if frame not in arm.frame_names and not self._frames.why_not:
+            base_from_frame = self._frames.base_from_frame(arm.base_frame, frame, target.header.stamp)
+            return base_from_frame @ frame_from_target, (*notes, 'frame of the target by TF')
+        return self._base_from_own_frame(arm, frame) @ frame_from_target, notes
+
+    def _base_from_own_frame(self, arm: Arm, frame: str) -> np.ndarray:
+        """Return the pose (4, 4) of a frame of the robot, as the joint states have it."""
         try:
-            return arm.base_from_frame(frame, self.joint_states.positions()) @ frame_from_target, notes
+            return arm.base_from_frame(frame, self.joint_states.positions())
         except ArgumentError as error:
-            raise RefusedError('frame', f'target frame: {error}') from error
+            why_not = '' if frame in arm.frame_names else f'; {self._frames.why_not}'
+            raise RefusedError('frame', f'target frame: {error}{why_not}') from error
 
     def _seed(self, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
         """Return the configuration (n,) to start from, as seed_source says."""

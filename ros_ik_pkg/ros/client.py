@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Any
 
-import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
@@ -21,6 +20,7 @@ from std_msgs.msg import Header
 
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import shorten
+from ros_ik_pkg.ros.beside import node_beside
 from ros_ik_pkg.ros.interface import Topic
 from ros_ik_pkg.ros.reply import Reply, values
 
@@ -59,7 +59,7 @@ class IkClient:
     def __init__(self, node: Node, name: str = interface.NODE_NAME, with_iterations: bool = False) -> None:
         self.name = name if name.startswith('/') else f'/{name}'
         self.with_iterations = with_iterations
-        self.node = _node_beside(node, self.name)
+        self.node = node_beside(node, f'client_of{self.name.replace("/", "_")}')
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(self.node)
         self._one_call = RLock()
@@ -230,15 +230,3 @@ class IkClient:
                     return False
                 self._executor.spin_once(timeout_sec=min(left, SPIN_PERIOD))
         return True
-
-
-def _node_beside(node: Node, name: str) -> Node:
-    """Make a node for the client of the IK node `name`; remappings of the program count for it too."""
-    own_name = f'{node.get_name()}_client_of{name.replace("/", "_")}'
-    return rclpy.create_node(
-        own_name,
-        context=node.context,
-        cli_args=['--ros-args', '-r', f'__node:={own_name}'],  # before a __node of the program
-        enable_rosout=False,
-        start_parameter_services=False,
-    )

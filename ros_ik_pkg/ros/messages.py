@@ -8,7 +8,7 @@ from array import array
 import numpy as np
 import pinocchio as pin
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import Point, Pose, PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped, Transform
 from nav_msgs.msg import Path
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
@@ -44,6 +44,13 @@ def target_pose(message: PoseStamped) -> tuple[np.ndarray, tuple[str, ...]]:
     notes = () if abs(norm - 1.0) <= QUATERNION_ROUNDING else (f'quaternion of norm {norm:.6g} normalised',)
     rotation = pin.Quaternion(quaternion / norm).matrix()
     return pin.SE3(rotation, position).homogeneous, notes
+
+
+def transform_matrix(transform: Transform) -> np.ndarray:
+    """Return a transform as a matrix (4, 4) [m]; TF has seen to it that its numbers are good."""
+    p, q = transform.translation, transform.rotation
+    rotation = pin.Quaternion(np.array([q.x, q.y, q.z, q.w])).normalized().matrix()
+    return pin.SE3(rotation, np.array([p.x, p.y, p.z])).homogeneous
 
 
 def _refuse_unless_finite(name: str, values: np.ndarray) -> None:

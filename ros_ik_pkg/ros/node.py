@@ -17,6 +17,7 @@ from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer
 from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
 from ros_ik_pkg.ros.comparison import Comparison
+from ros_ik_pkg.ros.frames import Frames
 from ros_ik_pkg.ros.health import Health
 from ros_ik_pkg.ros.outputs import Outputs
 from ros_ik_pkg.ros.parameters import Parameters, Settings, warnings_about_unknown
@@ -36,7 +37,8 @@ class IkNode(Node):
     def __init__(self) -> None:
         # Undeclared ones are refused by Parameters, by name; rclpy's own refusal does not say which.
         super().__init__(interface.NODE_NAME, allow_undeclared_parameters=True)
-        self._answering = Answering(self.get_clock())
+        self._frames = Frames(self)
+        self._answering = Answering(self.get_clock(), self._frames)
         self._robot_source = RobotSource()
         self._health = Health()
         Parameters(self, self._arm_for, self._take_over)
@@ -109,8 +111,9 @@ class IkNode(Node):
             self.get_logger().error(f'{error}; {kept}', throttle_duration_sec=LOG_PERIOD)
 
     def destroy_node(self) -> None:
-        """End the thread of the comparison, then the node."""
+        """End the threads of the comparison and of TF, then the node."""
         self._comparison.close()
+        self._frames.close()
         super().destroy_node()
 
     def _report_health(self) -> None:

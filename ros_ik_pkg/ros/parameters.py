@@ -50,6 +50,10 @@ ARM_OPTIONS = (
                  'frame that targets and solutions speak of; empty: the root of the robot'),
     _node_option('tip_frame', '', 'frame that shall reach the target; empty: the end of the robot'),
 )  # fmt: skip
+FRAME_OPTIONS = (
+    Option('tf_timeout', 'tf_timeout', 0.1, 'longest wait for the transform of a target whose frame the robot does '
+           'not have, where tf2_ros is installed; 0: TF is not listened to', 's', minimum=0.0, maximum=1.0),
+)  # fmt: skip
 SEED_OPTIONS = (
     _node_option('seed_source', 'joint_states', 'where a solve starts: the current joints, the last solution '
                  '(before the first: home), or home', SEED_SOURCES),
@@ -88,7 +92,7 @@ HEALTH_OPTIONS = (
                   'joint states', 's'),
     _health_limit('target_timeout', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
-NODE_OPTIONS = (*ARM_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
+NODE_OPTIONS = (*ARM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
 PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *HEALTH_OPTIONS)}
 ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
 
@@ -102,6 +106,7 @@ class Settings:
     robot_description: str
     base_frame: str
     tip_frame: str
+    tf_timeout: float
     seed_source: str
     home_until_joint_states: bool
     velocity_limiting: str

@@ -30,7 +30,8 @@ def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -
     try:
         node = make_node()
         flag.spinning = True
-        _spin(node, flag)
+        gc.freeze()  # what is here now stays: the collector need not look at it again between two targets
+        spin(make_executor(), node, lambda: flag.stopped)
         node.destroy_node()
     except IkError as error:
         return _give_up(error, BAD_VALUE if isinstance(error, OptionError) else CANNOT_START)
@@ -44,14 +45,12 @@ def _give_up(error: Exception, code: int) -> int:
     return code
 
 
-def _spin(node: Node, flag: StopFlag) -> None:
-    """Handle events until a signal comes; an error in one callback is logged and ends nothing."""
-    executor = make_executor()
+def spin(executor: Executor, node: Node, stopped: Callable[[], bool]) -> None:
+    """Handle the events of a node until it is stopped; an error in one callback is logged and ends nothing."""
     executor.add_node(node)
-    gc.freeze()  # what is here now stays: the collector need not look at it again between two targets
-    while not flag.stopped:
+    while not stopped() and node.context.ok():
         try:
-            executor.spin_once(timeout_sec=SPIN_PERIOD)  # without a timeout it would not see signals
+            executor.spin_once(timeout_sec=SPIN_PERIOD)  # without a timeout it would not see that it is stopped
         except Exception:
             node.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
     executor.remove_node(node)

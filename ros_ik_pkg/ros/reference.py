@@ -8,10 +8,18 @@ import yaml
 
 from ros_ik_pkg.ik import OPTIONS
 from ros_ik_pkg.ik.options import Option
-from ros_ik_pkg.ros.parameters import ARM_OPTIONS, COMPARE_OPTION, HEALTH_OPTIONS, SEED_OPTIONS, STREAM_OPTIONS
+from ros_ik_pkg.ros.parameters import (
+    ARM_OPTIONS,
+    COMPARE_OPTION,
+    FRAME_OPTIONS,
+    HEALTH_OPTIONS,
+    SEED_OPTIONS,
+    STREAM_OPTIONS,
+)
 
 SECTIONS = {
     'Robot': ARM_OPTIONS,
+    'Frames': FRAME_OPTIONS,
     'Solve': OPTIONS,
     'Seed': SEED_OPTIONS,
     'Streaming': STREAM_OPTIONS,

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from ros_ik_pkg.ros.answer import NOTHING
+
 
 @dataclass
 class Reply:
@@ -18,7 +20,7 @@ class Reply:
     status : DiagnosticStatus or None
         What came on `~/result`.
     joints : dict of str to float
-        Joint positions by name [rad, m]; empty where there is no solution.
+        Joint positions by name [rad, m], as published; empty where nothing was.
     iterations : list of dict
         The figures of every iteration, by name, where the client asked for them.
 
@@ -31,7 +33,7 @@ class Reply:
 
     @property
     def solved(self) -> bool:
-        """Whether there are joint positions; anything else has its reason in `message`."""
+        """Whether the target was solved; anything else has its reason in `message`."""
         return self.status is not None and self.status.level == DiagnosticStatus.OK
 
     @property
@@ -46,8 +48,9 @@ class Reply:
 
     def is_whole(self, with_iterations: bool) -> bool:
         """Whether all came that belongs to the outcome."""
-        lacks_joints = self.solved and not self.joints
-        lacks_iterations = with_iterations and 'iterations' in self.figures and not self.iterations
+        figures = self.figures
+        lacks_joints = figures.get('published', NOTHING) != NOTHING and not self.joints
+        lacks_iterations = with_iterations and 'iterations' in figures and not self.iterations
         return self.status is not None and not lacks_joints and not lacks_iterations
 
 
