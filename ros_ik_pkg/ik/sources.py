@@ -1,4 +1,4 @@
-"""Where robots come from: shipped by name, a DH table or URDF by path, or URDF text."""
+"""Where robots come from: shipped by name, a DH table, URDF or xacro by path or package:// URI, or URDF text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from ros_ik_pkg.ik.tree import Tree, shorten
 from ros_ik_pkg.ik.urdf import MAX_BYTES, parse_urdf
 from ros_ik_pkg.share import share_path
 
-READERS: dict[str, Callable[[bytes], Tree]] = {'.yaml': parse_dh, '.yml': parse_dh, '.urdf': parse_urdf}
+READERS: dict[str, Callable[[str | bytes], Tree]] = {
+    '.yaml': parse_dh, '.yml': parse_dh, '.urdf': parse_urdf, '.xacro': parse_urdf}
+PACKAGE_SCHEME = 'package://'
 BLANK = '\ufeff \t\r\n'
 
 
@@ -33,18 +35,48 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
         raise
     except (OSError, TypeError, ValueError) as error:
         raise ModelError(f'cannot read the robot {source!r}: {error}') from error
+    suffix = path.suffix.lower()
     try:
-        return READERS[path.suffix.lower()](content)
+        return READERS[suffix](_expand(path) if suffix == '.xacro' else content)
     except ModelError as error:
         raise ModelError(f'{path}: {error}') from error
 
 
 def _find_file(source: str | os.PathLike[str]) -> Path:
-    """Find the file that a name or path means."""
-    path = Path(source)
+    """Find the file that a name, path or URI means."""
+    in_package = isinstance(source, str) and source.startswith(PACKAGE_SCHEME)
+    path = _path_in_package(str(source)) if in_package else Path(source)
     if path.suffix.lower() in READERS:
         return path
     if str(source) in robot_names():
         return share_path() / 'config' / 'robots' / f'{source}.yaml'
     raise ModelError(f'robot {str(source)!r} is not known: expected one of {shorten(robot_names())}, '
                      f'a path that ends in {shorten(READERS)}, or URDF text')
+
+
+def _path_in_package(uri: str) -> Path:
+    """Resolve package://PACKAGE/PATH by the ament index, as a sourced ROS workspace has it."""
+    package, _, path = uri.removeprefix(PACKAGE_SCHEME).partition('/')
+    if not package or not path:
+        raise ModelError(f'robot {uri!r}: expected package://PACKAGE/PATH')
+    try:
+        from ament_index_python import get_package_share_directory
+    except ImportError as error:
+        raise ModelError(f'robot {uri!r}: {error}; package:// needs a sourced ROS, else give a path') from error
+    try:
+        return Path(get_package_share_directory(package), path)
+    except (LookupError, OSError, ValueError) as error:  # not found, no workspace, no name of a package
+        raise ModelError(f'robot {uri!r}: {error}; source the workspace that has package {package!r}') from error
+
+
+def _expand(path: Path) -> str:
+    """Expand a xacro file to URDF; it evaluates Python, so it is done to files that were named, never to text."""
+    try:
+        import xacro
+    except ImportError as error:
+        raise ModelError(f'{error}; install the package xacro (ros-jazzy-xacro, or pip install xacro), '
+                         'or expand the file first: xacro FILE > robot.urdf') from error
+    try:
+        return str(xacro.process_file(str(path)).toxml())
+    except Exception as error:  # whatever the expressions in the file raise
+        raise ModelError(f'xacro cannot expand it: {type(error).__name__}: {error}') from error
