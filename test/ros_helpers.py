@@ -26,7 +26,7 @@ from ros_ik_pkg.ik.robot import Arm
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.ros.parameters import PARAMETERS
-from ros_ik_pkg.ros.reply import Reply
+from ros_ik_pkg.ros.reply import Reply, values
 from ros_ik_pkg.tools.processes import ros_node
 
 ROOT = FilePath(__file__).resolve().parents[1]
@@ -61,6 +61,10 @@ class Client(IkClient):
 
     def _on_health(self, message: DiagnosticArray) -> None:
         self.health.append(message.status[0])
+
+    def health_figure(self, name: str) -> int:
+        """Return the sum of a count over the health reports that were kept."""
+        return sum(int(values(status)[name]) for status in self.health)
 
     def solve(self, pose: PoseStamped, timeout: float) -> Reply:
         """Leave in the pose the stamp under which it was answered, too."""

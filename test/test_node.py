@@ -283,6 +283,30 @@ def test_of_a_burst_the_newest_target_is_solved_and_none_after_a_newer_one(clien
     assert order == sorted(order)
 
 
+def test_iterations_come_for_every_target_that_leaves_time_and_for_the_newest_of_a_flood(client, arm):
+    client.iterations.clear()
+    poses = [pose_of(arm.forward(q)) for q in reachable(arm, 30, seed=4)]
+    for pose in poses:
+        client.solve(pose, TIMEOUT)
+        client.wait_for(lambda pose=pose: stamp_of(pose) in map(stamp_of, client.iterations), 'iterations')
+    known, sent = set(client.statuses), 0
+    client.health.clear()
+    client.iterations.clear()
+
+    def keep_sending_until_some_are_dropped():
+        nonlocal sent
+        sent += 1
+        poses[0].header.stamp.sec, poses[0].header.stamp.nanosec = 2, sent
+        client.send(poses[0])
+        return client.health_figure('reports_dropped') > 0
+
+    client.wait_for(keep_sending_until_some_are_dropped, 'a count of what was dropped')
+    client.wait_for(lambda: stamp_of(client.iterations[-1]) == (2, sent), 'the newest iterations')
+    client.wait_for(lambda: (2, sent) in client.statuses, 'the newest result')
+    answered = len(set(client.statuses) - known)
+    assert len(client.iterations) <= answered - client.health_figure('reports_dropped')
+
+
 def test_health_is_reported_with_rates_and_reasons(client, arm):
     def has(key):
         return any(pair.key == key for status in client.health for pair in status.values)

@@ -22,6 +22,7 @@ from ros_ik_pkg.ros.health import Health
 from ros_ik_pkg.ros.outputs import Outputs
 from ros_ik_pkg.ros.parameters import Parameters, Settings, warnings_about_unknown
 from ros_ik_pkg.ros.robot_source import RobotSource, follows_topic
+from ros_ik_pkg.ros.statuses import key_values
 
 LOG_PERIOD = 1.0  # s between log lines of one kind, however fast targets come
 HEALTH_PERIOD = 1.0  # s, REP 107
@@ -66,7 +67,7 @@ class IkNode(Node):
         settings = self._answering.settings
         self._outputs.publish_command(answer, settings.trajectory_time)
         self._health.count(answer, time.perf_counter() - started)
-        self._outputs.publish_report(answer)
+        self._outputs.publish_result(answer)
         self._comparison.submit(answer, settings.compare, settings.options)
         if answer.outcome == REFUSED:
             self.get_logger().warning(f'target refused: {answer.reason}', throttle_duration_sec=LOG_PERIOD)
@@ -111,8 +112,9 @@ class IkNode(Node):
             self.get_logger().error(f'{error}; {kept}', throttle_duration_sec=LOG_PERIOD)
 
     def destroy_node(self) -> None:
-        """End the threads of the comparison and of TF, then the node."""
-        self._comparison.close()
+        """End the threads, then the node."""
+        self._outputs.reports.close()
+        self._comparison.worker.close()
         self._frames.close()
         super().destroy_node()
 
@@ -127,6 +129,7 @@ class IkNode(Node):
         )
         status.name = f'{self.get_fully_qualified_name()}: health'
         status.hardware_id = arm.name if arm else ''
+        status.values += key_values({'reports_dropped': self._outputs.reports.take_dropped()})
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)

@@ -1,4 +1,4 @@
-"""Publishes answers: the solution first, the result next, the rest only where somebody listens."""
+"""Publishes answers: the command first, the result next, and in the gaps between targets what people look at."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from ros_ik_pkg.ros.answer import Answer
 from ros_ik_pkg.ros.interface import heard, publisher
 from ros_ik_pkg.ros.messages import commands_message, path_message, solution_message, trace_message, trajectory_message
 from ros_ik_pkg.ros.statuses import iterations_message, result_message
+from ros_ik_pkg.ros.worker import Worker
+
+REPORTS = 10  # that may wait
 
 
 class Outputs:
@@ -23,6 +26,7 @@ class Outputs:
         self._iterations = publisher(node, interface.ITERATIONS)
         self.trace = publisher(node, interface.TRACE)
         self._tcp_path = publisher(node, interface.TCP_PATH)
+        self.reports: Worker[Answer] = Worker(node, 'reports', self._report, REPORTS)
 
     def want_trace(self) -> bool:
         """Whether anybody listens to what a trace is needed for."""
@@ -38,12 +42,15 @@ class Outputs:
         if heard(self._commands):
             self._commands.publish(commands_message(answer))
 
-    def publish_report(self, answer: Answer) -> None:
-        """Publish the result, then the iterations in every form that somebody listens to."""
+    def publish_result(self, answer: Answer) -> None:
+        """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""
         if heard(self._result):
             self._result.publish(result_message(answer, self._name))
-        if answer.solution is None or answer.solution.trace is None:
-            return
+        if answer.solution is not None and answer.solution.trace is not None:
+            self.reports.submit(answer)
+
+    def _report(self, answer: Answer) -> None:
+        """Publish the iterations of an answer."""
         if heard(self.trace):
             self.trace.publish(trace_message(answer, answer.solution.trace, answer.method, 'solve'))
         if heard(self._tcp_path):

@@ -18,6 +18,7 @@ from ros_ik_pkg.ros.stop_flag import StopFlag
 
 CANNOT_START, BAD_VALUE = 1, 2  # exit codes
 SPIN_PERIOD = 0.1  # s, how often a pending signal is looked for
+SWITCH_INTERVAL = 0.0005  # s that another thread may go on while a target waits for the interpreter
 LOG_PERIOD = 1.0  # s between tracebacks in the log
 
 
@@ -30,6 +31,7 @@ def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -
     try:
         node = make_node()
         flag.spinning = True
+        sys.setswitchinterval(SWITCH_INTERVAL)
         gc.freeze()  # what is here now stays: the collector need not look at it again between two targets
         spin(make_executor(), node, lambda: flag.stopped)
         node.destroy_node()
