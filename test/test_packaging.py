@@ -15,8 +15,10 @@ from xml.etree import ElementTree
 import pytest
 
 from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.parameters import PARAMETERS
 
 NAME = 'ros_ik_pkg'
+TWO_ARMS = 'two_arms.launch.py'
 ROOT = Path(__file__).resolve().parents[1]
 NOT_SHIPPED = ('.git', '.venv*', '.*_cache', '.hypothesis', 'build', 'install', 'log', '__pycache__')
 
@@ -117,8 +119,8 @@ def launch_node() -> dict[str, ast.expr]:
     return keywords_of('Node', ROOT / 'launch' / 'ik.launch.py')
 
 
-def launch_arguments() -> dict[str, tuple[str, str]]:
-    tree = ast.parse((ROOT / 'launch' / 'ik.launch.py').read_text())
+def launch_arguments(file: str = 'ik.launch.py') -> dict[str, tuple[str, str]]:
+    tree = ast.parse((ROOT / 'launch' / file).read_text())
     assignments = (node for node in tree.body if isinstance(node, ast.Assign))
     return next(ast.literal_eval(node.value) for node in assignments if node.targets[0].id == 'ARGUMENTS')
 
@@ -134,6 +136,20 @@ def test_launch_file_remaps_topics_that_the_node_has():
     assert {'robot', 'method', 'params_file', 'namespace'} < set(arguments)
     for topic in (interface.TARGET_POSE, interface.JOINT_STATES):
         assert arguments[topic.name][0] == topic.name
+
+
+def test_launch_file_of_two_arms_starts_nodes_in_namespaces_that_share_topics():
+    node, text = keywords_of('Node', ROOT / 'launch' / TWO_ARMS), (ROOT / 'launch' / TWO_ARMS).read_text()
+    assert [ast.literal_eval(node[key]) for key in ('package', 'executable', 'name')] == [NAME, *['ik_node'] * 2]
+    assert node['namespace'].id == 'side' and "for side in ('left', 'right')" in text
+    arguments = launch_arguments(TWO_ARMS)
+    for topic in (interface.JOINT_STATES, interface.ROBOT_DESCRIPTION):
+        assert arguments[topic.name][0] == f'/{topic.name}'
+    assert "for topic in ('joint_states', 'robot_description')" in ast.unparse(node['remappings'])
+    assert {f'{side}_{frame}' for side in ('left', 'right') for frame in ('base', 'tip')} < set(arguments)
+    set_by_side = re.findall(r"^        '(\w+)': given\[", text, re.MULTILINE)
+    assert set_by_side == ['robot', 'base_frame', 'tip_frame', 'method']
+    assert set(set_by_side) <= set(PARAMETERS)
 
 
 @pytest.fixture(scope='module')
