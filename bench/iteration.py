@@ -14,7 +14,7 @@ from ros_ik_pkg.ik import METHODS, Arm, SolveOptions, load_arm
 from ros_ik_pkg.ik.compiled import compiled, kernel
 from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.records import count_joints, unpack_model
-from ros_ik_pkg.ik.solve_range import FIGURES, STEPS, solve_range
+from ros_ik_pkg.ik.solve_range import STEPS, WIDTH, solve_range
 from ros_ik_pkg.ik.solver import NOTHING
 
 SHORT, LONG = 2, 10  # steps of the two descents: what a solve takes
@@ -41,8 +41,7 @@ def iteration_rows(robots: Sequence[str]) -> list[list[str]]:
 
 def iteration_time(arm: Arm, method: str, targets: np.ndarray, seeds: np.ndarray) -> float:
     """Return the seconds that one more step of a descent takes."""
-
-    rows, columns, out = targets.reshape(-1, 4), seeds.ravel(), np.empty((len(targets), arm.n + FIGURES))
+    rows, columns, out = targets.reshape(-1, 4), seeds.ravel(), np.empty((len(targets), arm.n + WIDTH))
 
     def descend(numbers: np.ndarray) -> int:
         solve_range(arm.packed, arm.starts, numbers, rows, columns, columns, out, NOTHING, NOTHING)

@@ -117,15 +117,17 @@ def tuning(**options):
 def make_workspace(joints, n, starts=1):
     """Make what kernels write to, for a chain of that many joints and variables."""
     return Workspace(
-        axes=np.empty((joints, 6)), columns=np.empty((n, 6)), e=np.empty(6), y=np.empty(6), A=np.empty((6, 6)),
+        axes=np.empty((joints, 6)), columns=np.empty((n, 6)), e=np.empty(6), weights=np.ones(6), y=np.empty(6),
+        A=np.empty((6, 6)),
         diagonal=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)), sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
-        near=np.empty(n), best=np.empty(n), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
+        near=np.empty(n), best=np.empty(n), null=np.empty(n), went=np.empty(n), trial=np.empty((n, 6)),
+        scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
     )  # fmt: skip
 
 
 def step(method, J, e, weights=SIX_ROWS, **options):
     """Take one step of a method; J (6, n) and e (6,) are weighted already. Returns dq (n,) and its damping."""
     work = make_workspace(1, J.shape[1])
-    work.columns[:], work.e[:] = J.T, e
-    damping = take_step(tuning(method=method, **options), float(np.linalg.norm(e)), weights, work)
+    work.columns[:], work.e[:], work.weights[:] = J.T, e, weights
+    damping = take_step(tuning(method=method, **options), float(np.linalg.norm(e)), work)
     return work.dq.copy(), damping

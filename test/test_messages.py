@@ -14,6 +14,7 @@ from ros_helpers import joint_state, pose_of
 from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import TRACE_COLUMNS, Solution, Status, Trace, load_arm
+from ros_ik_pkg.ik.solution import FIGURES
 from ros_ik_pkg.ros.answer import CLOSEST, Answer, Command, RefusedError, shorten
 from ros_ik_pkg.ros.joint_states import MAX_SOURCES, JointStates
 from ros_ik_pkg.ros.messages import (
@@ -38,11 +39,13 @@ def answer_with(rows: int = 3) -> Answer:
         joint_positions=np.arange(rows * arm.n, dtype=float).reshape(rows, -1) + 0.5,
         tip_positions=np.arange(rows * 3, dtype=float).reshape(rows, -1),
     )
-    solution = Solution(
-        q=np.linspace(0.0, 0.5, arm.n), status=Status.CONVERGED, position_error=1e-7, orientation_error=2e-7,
-        iterations=rows - 1, attempts=1, joint_distance=0.25, sigma_min=0.5, limits_mask=0b10010,
-        seed_clipped=False, solve_time=3e-5, solutions=np.zeros((1, arm.n)), trace=trace,
-    )  # fmt: skip
+    figures = {
+        'status': Status.CONVERGED, 'found': 1, 'iterations': rows - 1, 'attempts': 1, 'position_error': 1e-7,
+        'orientation_error': 2e-7, 'joint_distance': 0.25, 'sigma_min': 0.5, 'limits_mask': 0b10010,
+        'seed_clipped': 0, 'solve_time': 3e-5,
+    }  # fmt: skip
+    row = np.concatenate([np.linspace(0.0, 0.5, arm.n), [figures[name] for name in FIGURES]])
+    solution = Solution(row, solutions=np.zeros((1, arm.n)), trace=trace)
     target = PoseStamped()
     target.header.stamp.sec, target.header.stamp.nanosec = 12, 34
     target.header.frame_id = 'elsewhere'

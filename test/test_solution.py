@@ -9,17 +9,26 @@ import numpy as np
 import pytest
 
 from ros_ik_pkg.ik import TRACE_COLUMNS, Solution, Status, Trace
+from ros_ik_pkg.ik.solution import FIGURES
 
 DOCS = Path(__file__).resolve().parents[1] / 'docs'
 
 
 def made_up(**values):
-    fields = {
-        'q': np.zeros(7), 'status': Status.STALLED, 'position_error': 0.1, 'orientation_error': 0.2, 'iterations': 3,
-        'attempts': 2, 'joint_distance': 0.4, 'sigma_min': 0.01, 'limits_mask': 0, 'seed_clipped': False,
-        'solve_time': 1e-5,
-    }  # fmt: skip
-    return Solution(**(fields | values))
+    figures = {
+        'status': Status.STALLED, 'position_error': 0.1, 'orientation_error': 0.2, 'iterations': 3, 'attempts': 2,
+        'joint_distance': 0.4, 'sigma_min': 0.01, 'limits_mask': 0, 'seed_clipped': False, 'solve_time': 1e-5,
+    } | values  # fmt: skip
+    return Solution(np.array([0.0] * 7 + [figures.get(name, np.nan) for name in FIGURES], dtype=float))
+
+
+def test_every_figure_is_read_off_its_place_in_the_row():
+    row = np.concatenate([np.arange(7.0), np.arange(len(FIGURES)) + 1.0])
+    solution = Solution(row)
+    names = [name for name in FIGURES if name not in ('status', 'found', 'seed_clipped')]
+    assert [getattr(solution, name) for name in names] == [FIGURES.index(name) + 1 for name in names]
+    assert solution.q.tolist() == list(range(7)) and solution.status is Status.MAX_ITERATIONS
+    assert solution.seed_clipped is True and not solution.converged
 
 
 def test_the_statuses_are_numbered_as_ever():

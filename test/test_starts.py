@@ -10,7 +10,7 @@ from numerics import get_arm, make_workspace, pinocchio_tip, reachable_poses
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ik.records import Task
-from ros_ik_pkg.ik.starts import COUNT, next_start, r_sequence
+from ros_ik_pkg.ik.starts import COUNT, next_start, r_sequence, score_starts
 
 ROBOTS = ('iiwa14', 'panda', 'planar3r', 'puma560', 'stanford', 'ur5')
 SINGLE = 2e-6  # the rounding of single precision, a few metres and turns
@@ -69,10 +69,13 @@ def test_the_pose_of_each_start_is_known(robot):
 def order(arm, target, count, weights=(1, 1, 1, 1, 1, 1)):
     """Starts (count, n) in the order in which a search takes them."""
     work = make_workspace(len(arm.prismatic), arm.n, COUNT)
-    task = Task(tuple(target[:3, :3].ravel()), tuple(target[:3, 3]), np.array(weights, dtype=float))
+    task = Task(
+        tuple(target[:3, :3].ravel()), tuple(target[:3, 3]), np.array(weights, dtype=float), np.zeros(6), 0.0, 0.0
+    )
+    score_starts(arm.starts, task, 1.0, work.scores)
     taken = []
     for attempt in range(1, count + 1):
-        next_start(arm.starts, task, 1.0, attempt, work)
+        next_start(arm.starts, attempt, work)
         taken.append(work.q.copy())
     return np.array(taken)
 

@@ -7,11 +7,11 @@ import math
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.kinematics import fill_columns, walk
-from ros_ik_pkg.ik.linalg import ROWS, assign
-from ros_ik_pkg.ik.pose_error import twist_error
+from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import record, record_step
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.steps import apply_transpose, take_step
+from ros_ik_pkg.ik.task import measure, shape_columns
 
 CONVERGED = int(Status.CONVERGED)
 MAX_ITERATIONS = int(Status.MAX_ITERATIONS)
@@ -21,29 +21,32 @@ DIVERGED = int(Status.DIVERGED)
 NOT_FINITE = int(Status.NOT_FINITE)
 DEADLINE = int(Status.DEADLINE)
 
+PAUSED = -1  # not a stop reason: the search looks whether to go on
+FAR = 0.2  # error norm; no start can be relied on to be nearer than that
 FREE_STEP = 50.0  # rad or m; a larger step of one joint is eight turns: the linear model says nothing there
 CLOCK_EVERY = 4  # iterations between looks at the clock
 
 
 @kernel
-def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt, work, recorder):
+def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt, first, pause, work, recorder):
     """Descend from work.q; return (status, steps, position error [m], orientation error [rad], norm, nearest).
 
     The figures belong to the q that is left in work.q; the iterate with the smallest error norm, `nearest`, is left
     in work.near. `cap` is the longest step of a joint [rad or m]. The attempt is given up when the error norm does not
-    fall below `progress` times its mark within `patience` steps.
+    fall below `progress` times its mark within `patience` steps. At iterate `pause` it returns PAUSED where the error
+    is still FAR; called again with `first` = `pause` it goes on.
     """
     last = int(tuning.max_iterations)
     mark, mark_step, previous, rises, nearest = math.inf, 0, math.inf, 0, math.inf
-    k = 0
+    k = first
     while True:
         R, p = walk(geometry, work.q, work.axes)
         position_error, orientation_error, norm = measure(task, R, p, work)
         fill_columns(geometry, work.axes, p, work.columns)
-        weigh(task.weights, work.columns)
-        if len(recorder.rows) > 0:
-            record(recorder, geometry, attempt, k, position_error, orientation_error, norm, task.weights, p, work)
-        if norm < nearest or k == 0:
+        shape_columns(task, R, work.weights, work.columns)
+        if len(recorder.rows) > 0 and (k > first or k == 0):
+            record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
+        if norm < nearest or k == first:
             nearest = norm
             assign(work.near, work.q)
         if not norm < math.inf:
@@ -52,6 +55,8 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
             return CONVERGED, k, position_error, orientation_error, norm, nearest
         if k == last:
             return MAX_ITERATIONS, k, position_error, orientation_error, norm, nearest
+        if k == pause and norm > FAR:
+            return PAUSED, k, position_error, orientation_error, norm, nearest
         rises += norm > previous
         previous = norm
         if norm < progress * mark:
@@ -61,7 +66,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
             return reason, k, position_error, orientation_error, norm, nearest
         if stop_time < math.inf and k % CLOCK_EVERY == CLOCK_EVERY - 1 and now(work.clock) > stop_time:
             return DEADLINE, k, position_error, orientation_error, norm, nearest
-        damping = limited_step(geometry, tuning, norm, task.weights, work)
+        damping = limited_step(geometry, tuning, norm, work)
         largest = largest_component(work.dq)
         if not largest < math.inf:
             return NOT_FINITE, k, position_error, orientation_error, norm, nearest
@@ -74,34 +79,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
 
 
 @inlined
-def measure(task, R, p, work):
-    """Write the weighted error to work.e; return the norms of its two halves [m, rad], axes of weight 0 left out,
-    and the norm of the whole weighted error."""
-    e = twist_error(task.R, task.p, R, p)
-    w = task.weights
-    x, y, z, rx, ry, rz = e
-    work.e[0], work.e[1], work.e[2] = w[0] * x, w[1] * y, w[2] * z
-    work.e[3], work.e[4], work.e[5] = w[3] * rx, w[4] * ry, w[5] * rz
-    position, orientation, total = 0.0, 0.0, 0.0
-    for r in range(3):
-        position += e[r] * e[r] * (w[r] > 0.0)
-        orientation += e[r + 3] * e[r + 3] * (w[r + 3] > 0.0)
-    for r in range(ROWS):
-        total += work.e[r] * work.e[r]
-    return math.sqrt(position), math.sqrt(orientation), math.sqrt(total)
-
-
-@inlined
-def weigh(weights, columns):
-    """Multiply the Jacobian's rows by the weights."""
-    for r in range(ROWS):
-        if weights[r] != 1.0:
-            for i in range(len(columns)):
-                columns[i, r] *= weights[r]
-
-
-@inlined
-def limited_step(geometry, tuning, norm, weights, work):
+def limited_step(geometry, tuning, norm, work):
     """Take a step that pushes no joint beyond a limit on which it sits; return its damping.
 
     Active set: such joints leave the system (their columns become zero) and the others take over. The gradient
@@ -111,7 +89,7 @@ def limited_step(geometry, tuning, norm, weights, work):
         apply_transpose(work.columns, work.e, work.dq)
         freeze_pushed(geometry, work)
     while True:
-        damping = take_step(tuning, norm, weights, work)
+        damping = take_step(tuning, norm, work)
         if not (tuning.respect_limits > 0.0 and freeze_pushed(geometry, work)):
             return damping
 

@@ -14,6 +14,8 @@ from ros_ik_pkg.ik.records import Tuning
 
 METHODS = ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
 CHOICES = ('first', 'nearest', 'all')
+TASK_FRAMES = ('base', 'tip')
+NULL_SPACES = ('none', 'posture', 'limits', 'manipulability')
 
 
 @dataclass(frozen=True)
@@ -166,11 +168,41 @@ class SolveOptions:
     )
     task_weights: tuple[float, ...] = option(
         (1.0,) * 6,
-        'weights of the rows x y z rx ry rz of the task in base axes; 0 drops a row',
+        'weights of the rows x y z rx ry rz of the task in the axes of task_frame; 0 drops a row',
         minimum=0.0,
         maximum=1e6,
     )
-
+    task_tolerances: tuple[float, ...] = option(
+        (0.0,) * 6,
+        'how far each row may be off before its error counts at all, on top of which the two tolerances apply',
+        unit='m or rad',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    task_frame: str = option(
+        'base', 'whose axes the rows of the task have: those of the base frame, or of the tip frame at the target',
+        allowed=TASK_FRAMES,
+    )
+    null_space: str = option(
+        'none',
+        'what joints that the task leaves over are for: nothing, nearness to the posture, distance from the limits, '
+        'or manipulability',
+        allowed=NULL_SPACES,
+    )
+    null_space_step: float = option(
+        0.0,
+        'how far a joint may go for null_space in one solve, 0 for as far as it takes',
+        unit='rad or m',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    posture: tuple[float, ...] = option(
+        (),
+        'where null_space = posture wants the joints; none: the reference, in the node the current joints',
+        unit='rad or m',
+        minimum=-1e6,
+        maximum=1e6,
+    )
     joint_weights: tuple[float, ...] = option(
         (),
         "weight of each joint in the distance by which 'nearest' and 'all' rank answers; none: all 1",
@@ -188,11 +220,20 @@ class SolveOptions:
         object.__setattr__(self, 'numbers', self._numbers())
 
     def _numbers(self) -> np.ndarray:
-        """Give the options as the compiled code takes them: the fields of `records.Tuning`, task and joint weights."""
-        values = [getattr(self, name) for name in Tuning._fields]
-        values[Tuning._fields.index('method')] = METHODS.index(self.method)
-        values[Tuning._fields.index('choice')] = CHOICES.index(self.choice)
-        return np.array([*values, *self.task_weights, *self.joint_weights], dtype=np.float64)
+        """Give the options as the compiled code takes them: the fields of `records.Tuning`, then the lists."""
+        words = {'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES}
+        values = [
+            words[name].index(getattr(self, name)) if name in words else getattr(self, name) for name in Tuning._fields
+        ]
+        lists = [*self.task_weights, *self.task_tolerances, len(self.joint_weights), *self.joint_weights, *self.posture]
+        return np.array([*values, *lists], dtype=np.float64)
+
+    def check_lengths(self, joints: int) -> None:
+        """Raise OptionError where a list with a number for each joint is not one for an arm with so many joints."""
+        for name in ('joint_weights', 'posture'):
+            count = len(getattr(self, name))
+            if count not in (0, joints):
+                raise OptionError(f'{name} has {count} numbers; expected {joints}, one for each joint, or none')
 
 
 def _declared() -> tuple[Option, ...]:

@@ -78,11 +78,18 @@ def out_of_reach(reach, task, tuning):
     R, p, x = task.R, task.p, reach.in_tip
     turned = task.weights[3] > 0.0 and task.weights[4] > 0.0 and task.weights[5] > 0.0
     bound = reach.lengths[0] if turned else reach.lengths[1]
-    slack = tuning.position_tolerance
+    slack = tuning.position_tolerance + length(task.tolerances, 0)
     dx, dy, dz = p[0] - reach.in_base[0], p[1] - reach.in_base[1], p[2] - reach.in_base[2]
     if turned:
         dx += R[0] * x[0] + R[1] * x[1] + R[2] * x[2]
         dy += R[3] * x[0] + R[4] * x[1] + R[5] * x[2]
         dz += R[6] * x[0] + R[7] * x[1] + R[8] * x[2]
-        slack += tuning.orientation_tolerance * math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
+        slack += (tuning.orientation_tolerance + length(task.tolerances, 3)) * length(x, 0)
     return math.sqrt(dx * dx + dy * dy + dz * dz) > bound * (1.0 + 1e-9) + slack
+
+
+@kernel
+def length(vector, first):
+    """Return the Euclidean length of three components."""
+    x, y, z = vector[first], vector[first + 1], vector[first + 2]
+    return math.sqrt(x * x + y * y + z * z)

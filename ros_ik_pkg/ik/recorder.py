@@ -16,7 +16,7 @@ assert TRACE_COLUMNS[STEP] == 'step_norm' and TRACE_COLUMNS[AT_LIMITS] == 'joint
 
 
 @kernel
-def record(recorder, geometry, attempt, iteration, position_error, orientation_error, norm, weights, p, work):
+def record(recorder, geometry, attempt, iteration, position_error, orientation_error, norm, p, work):
     """Append the iterate in work.q, if there is room; its Jacobian is in work.columns."""
     k = recorder.written[0]
     recorder.written[0] = k + 1
@@ -27,7 +27,7 @@ def record(recorder, geometry, attempt, iteration, position_error, orientation_e
     row[ATTEMPT], row[ITERATION] = attempt, iteration
     row[POSITION], row[ORIENTATION], row[NORM] = position_error, orientation_error, norm
     row[STEP], row[DAMPING] = 0.0, 0.0
-    row[SIGMA_MIN], row[CONDITION], row[MANIPULABILITY] = singular_figures(work.columns, weights, recorder)
+    row[SIGMA_MIN], row[CONDITION], row[MANIPULABILITY] = singular_figures(work.columns, work.weights, recorder)
     row[AT_LIMITS] = count_at_limits(geometry, work.q)
     assign(row[TRACE_WIDTH : TRACE_WIDTH + n], work.q)
     row[TRACE_WIDTH + n], row[TRACE_WIDTH + n + 1], row[TRACE_WIDTH + n + 2] = p

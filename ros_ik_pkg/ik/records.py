@@ -38,7 +38,7 @@ class Reach(NamedTuple):
 
 
 class Tuning(NamedTuple):
-    """SolveOptions as numbers, but for the weights."""
+    """SolveOptions as numbers, but for those that are lists."""
 
     method: float
     max_iterations: float
@@ -55,17 +55,30 @@ class Tuning(NamedTuple):
     respect_limits: float
     choice: float
     max_joint_jump: float
+    task_frame: float
+    null_space: float
+    null_space_step: float
 
 
 TUNABLES = len(Tuning._fields)
 
 
 class Task(NamedTuple):
-    """What is asked for: a pose in the base frame and the weights of its six error components."""
+    """What is asked for: a pose in the base frame, and how its six error components count."""
 
     R: tuple[float, ...]  # 9, row by row
     p: tuple[float, ...]  # 3 [m]
     weights: np.ndarray  # (6,)
+    tolerances: np.ndarray  # (6,) within which an error counts as none [m, rad]
+    in_tip_axes: float
+    plain: float  # whether all six count alike, without tolerances: then the axes do not matter either
+
+
+class Preferences(NamedTuple):
+    """Which of many answers is wanted: lists of n numbers, or none where they are of no account."""
+
+    joint_weights: np.ndarray
+    posture: np.ndarray  # [rad, m]
 
 
 class Workspace(NamedTuple):
@@ -73,7 +86,8 @@ class Workspace(NamedTuple):
 
     axes: np.ndarray  # (nj, 6) axis and a point of each joint
     columns: np.ndarray  # (n, 6) Jacobian by columns
-    e: np.ndarray  # (6,) weighted twist error
+    e: np.ndarray  # (6,) weighted error of the task
+    weights: np.ndarray  # (6,) of its rows at this iterate; 0 drops a row
     y: np.ndarray  # (6,) solution of the Gram system
     A: np.ndarray  # (6, 6) Gram matrix
     diagonal: np.ndarray  # (6,) what is added to its diagonal
@@ -84,6 +98,9 @@ class Workspace(NamedTuple):
     q: np.ndarray  # (n,) iterate
     near: np.ndarray  # (n,) iterate of the smallest error in this descent
     best: np.ndarray  # (n,) closest approach of all descents so far
+    null: np.ndarray  # (n,) direction in the null space of the task
+    went: np.ndarray  # (n,) last step in it
+    trial: np.ndarray  # (n, 6) Jacobian by columns of a configuration that is only looked at
     scores: np.ndarray  # (m,) how far each start is from the target
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
@@ -129,7 +146,7 @@ def unpack_model(model, n):
 @kernel
 def buffer_size(joints, n):
     """Return how many numbers make_records cuts up."""
-    return 138 + 6 * joints + 23 * n
+    return 144 + 6 * joints + 31 * n
 
 
 @kernel
@@ -138,12 +155,15 @@ def make_records(joints, n, buffer, scores, integers, rows):
 
     To be called by kernels only, as unpack_model.
     """
-    a, b, c, d = 138 + 6 * joints, 138 + 6 * joints + 6 * n, 138 + 6 * joints + 18 * n, 138 + 6 * joints + 22 * n
-    squares, sixes = buffer[:108].reshape(3, 6, 6), buffer[108:138].reshape(5, 6)
-    by_row, vectors = buffer[b:c].reshape(2, 6, n), buffer[c:d].reshape(4, n)
+    a = 144 + 6 * joints
+    b, c, d = a + 12 * n, a + 24 * n, a + 30 * n
+    squares, sixes = buffer[:108].reshape(3, 6, 6), buffer[108:144].reshape(6, 6)
+    by_column = buffer[a:b].reshape(2, n, 6)
+    by_row, vectors = buffer[b:c].reshape(2, 6, n), buffer[c:d].reshape(6, n)
     work = Workspace(
-        buffer[138:a].reshape(joints, 6), buffer[a:b].reshape(n, 6),
-        sixes[0], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
-        vectors[0], vectors[1], vectors[2], vectors[3], scores, integers[:2],
+        buffer[144:a].reshape(joints, 6), by_column[0],
+        sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
+        vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5], by_column[1],
+        scores, integers[:2],
     )  # fmt: skip
     return work, Recorder(rows, integers[2:], squares[2], by_row[1], sixes[4]), buffer[d:].reshape(1, n)

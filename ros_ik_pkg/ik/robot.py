@@ -72,7 +72,7 @@ class Arm:
     model: pin.Model
     tree: Tree
 
-    @property
+    @cached_property
     def n(self) -> int:
         """Number of variables."""
         return len(self.joint_names)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 
-from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, STALLED, descend, measure
+from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.linalg import assign
+from ros_ik_pkg.ik.null_space import settle
+from ros_ik_pkg.ik.objectives import NONE
 from ros_ik_pkg.ik.reach import out_of_reach
 from ros_ik_pkg.ik.solution import Status
-from ros_ik_pkg.ik.starts import next_start
+from ros_ik_pkg.ik.starts import distance_of, nearest_start, next_start, score_starts
 from ros_ik_pkg.ik.steps import TRANSPOSE, joint_step_cap
+from ros_ik_pkg.ik.task import measure
 
 UNREACHABLE = int(Status.UNREACHABLE)
 JOINT_JUMP = int(Status.JOINT_JUMP)
@@ -24,6 +27,8 @@ FIRST, NEAREST, ALL = range(3)
 HURRIED = (5, 0.9)
 STRIDE = 2.0  # a hurried attempt takes steps so much longer than a method's own cap: a quarter fewer of them
 PATIENT = (20, 0.999)
+# So is one from a seed that after this many steps is still further from the target than the nearest start.
+LOOK = 1
 HURRIED_ATTEMPTS = 50
 ATTEMPTS_OUT_OF_REACH = 4  # to find the closest approach of a target that is provably out of reach
 ATTEMPTS_WITHOUT_NEWS = 40  # before the nearest answer, or the list of all, counts as complete
@@ -35,7 +40,7 @@ TURN = 2.0 * math.pi
 
 
 @kernel
-def search(geometry, starts, reach, task, tuning, reference, joint_weights, answers, ranks, work, recorder):
+def search(geometry, starts, reach, task, tuning, reference, preferences, answers, ranks, work, recorder):
     """Search from work.q; leave the answer, or the closest approach, in work.q.
 
     Returns (status, steps, attempts, number of answers, position error [m], orientation error [rad]). `answers`
@@ -48,20 +53,33 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
-    steps, attempts, found, news, nearer = 0, 0, 0, 0, 0
+    steps, attempts, found, news, nearer, scored = 0, 0, 0, 0, 0, False
     while True:
         hurry = attempts < hurried
         patience, progress = HURRIED if hurry else PATIENT
         cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
-        status, taken, position_error, orientation_error, _, nearest = descend(
-            geometry, task, tuning, cap, patience, progress, stop_time, attempts, work, recorder
+        pause = LOOK if hurry and attempts == 0 and task.plain else -1
+        status, taken, position_error, orientation_error, norm, nearest = descend(
+            geometry, task, tuning, cap, patience, progress, stop_time, attempts, 0, pause, work, recorder
         )
+        if status == PAUSED:
+            score_starts(starts, task, scale, work.scores)
+            scored, status = True, STALLED
+            if norm < distance_of(starts, nearest_start(work.scores), task):
+                status, taken, position_error, orientation_error, norm, nearest = descend(
+                    geometry, task, tuning, cap, patience, progress, stop_time, attempts, taken, -1, work, recorder
+                )
         steps += taken
         attempts += 1
         if status == CONVERGED:
+            if int(tuning.null_space) != NONE:
+                steps += settle(
+                    geometry, task, tuning, preferences.posture, stop_time, attempts - 1, taken, work, recorder
+                )
+                position_error, orientation_error, _ = errors_at(geometry, task, work)
             if unwrap(geometry, work.q, reference):
                 position_error, orientation_error, _ = errors_at(geometry, task, work)
-            rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
+            rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
             if int(tuning.choice) == FIRST and rank < TOO_FAR and holds(position_error, orientation_error, tuning):
                 assign(answers[0], work.q)
                 return CONVERGED, steps, attempts, 1, position_error, orientation_error
@@ -80,17 +98,20 @@ def search(geometry, starts, reach, task, tuning, reference, joint_weights, answ
         late = status == DEADLINE or (stop_time < math.inf and now(work.clock) > stop_time)
         if attempts >= budget or settled or late:
             break
-        next_start(starts, task, scale, attempts, work)
+        if not scored:
+            score_starts(starts, task, scale, work.scores)
+            scored = True
+        next_start(starts, attempts, work)
     if found == 0 and not lone:
         assign(work.q, work.best)
         cap = joint_step_cap(tuning, 1.0)
         failure, taken, _, _, _, nearest = descend(
-            geometry, task, tuning, cap, PATIENT[0], PATIENT[1], stop_time, attempts, work, recorder
+            geometry, task, tuning, cap, PATIENT[0], PATIENT[1], stop_time, attempts, 0, -1, work, recorder
         )
         steps += taken
         if failure == CONVERGED:
             unwrap(geometry, work.q, reference)
-            rank = rank_answer(work.q, reference, joint_weights, tuning.max_joint_jump)
+            rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
             found = keep_answer(geometry, work.q, rank, answers, ranks, 0)
         else:
             assign(work.q, work.near if nearest < best_norm else work.best)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -52,6 +53,9 @@ class Status(enum.IntEnum):
         return format(self.label, spec)
 
 
+STATUSES = tuple(Status)
+CONVERGED = int(Status.CONVERGED)
+
 _TEXTS = {
     Status.CONVERGED: 'within both tolerances',
     Status.MAX_ITERATIONS: 'the iterations ran out while the error was still falling',
@@ -88,42 +92,82 @@ class Trace:
         return len(self.rows)
 
 
-@dataclass(slots=True)
+# What the compiled code writes behind the n joint positions of a row.
+FIGURES = (
+    'status',
+    'found',
+    'iterations',
+    'attempts',
+    'position_error',
+    'orientation_error',
+    'joint_distance',
+    'sigma_min',
+    'limits_mask',
+    'seed_clipped',
+    'solve_time',
+)
+
+
+def _figure(name: str, kind: Any, text: str) -> Any:
+    """Make a property that reads one figure of the row: nobody pays for those that are not asked for."""
+    place = FIGURES.index(name) - len(FIGURES)
+    return property(lambda self: kind(self.row[place]), doc=text)
+
+
 class Solution:
     """The best configuration that a search found; every figure is that of `q`.
 
-    q: (n,) joint positions [rad, m] in the arm's joint order.
-    status: why the search stopped; `converged` is true only within both tolerances (and limits).
-    position_error [m], orientation_error [rad]: norms of the two halves of the twist error of the task.
-    iterations: steps taken over all attempts. attempts: descents made, the one from the seed included.
-    joint_distance: largest |q - reference| over the joints [rad, m].
-    sigma_min: smallest singular value of the task Jacobian at q; NaN where the search converged.
-    seed_clipped: the seed was outside the limits and was brought inside first.
-    solve_time: seconds inside the compiled search.
-    solutions: (k, n) distinct answers by their distance from the reference, q the first, with choice='all'; else None.
-    trace: every iterate, where it was asked for.
+    Attributes
+    ----------
+    row : (n + len(FIGURES),) array
+        q and the figures, as the compiled code wrote them.
+    solutions : (k, n) array or None
+        With choice='all' the distinct answers by their distance from the reference, q the first.
+    trace : Trace or None
+        Every iterate, where it was asked for.
+
     """
 
-    q: np.ndarray
-    status: Status
-    position_error: float
-    orientation_error: float
-    iterations: int
-    attempts: int
-    joint_distance: float
-    sigma_min: float
-    limits_mask: int
-    seed_clipped: bool
-    solve_time: float
-    solutions: np.ndarray | None = None
-    trace: Trace | None = None
+    __slots__ = ('row', 'solutions', 'trace')
+
+    def __init__(self, row: np.ndarray, solutions: np.ndarray | None = None, trace: Trace | None = None) -> None:
+        self.row = row
+        self.solutions = solutions
+        self.trace = trace
+
+    @property
+    def q(self) -> np.ndarray:
+        """Joint positions (n,) [rad, m] in the arm's joint order."""
+        return self.row[: -len(FIGURES)]
+
+    @property
+    def status(self) -> Status:
+        """Why the search stopped."""
+        return STATUSES[int(self.row[-len(FIGURES)])]
+
+    @property
+    def converged(self) -> bool:
+        """Whether q is an answer, within both tolerances and limits; anything else is the best approach only."""
+        return bool(self.row[-len(FIGURES)] == CONVERGED)
+
+    iterations = _figure('iterations', int, 'Steps taken over all attempts.')
+    attempts = _figure('attempts', int, 'Descents made, the one from the seed included.')
+    position_error = _figure('position_error', float, 'Norm of the position rows of the task error [m].')
+    orientation_error = _figure('orientation_error', float, 'Norm of the orientation rows of the task error [rad].')
+    joint_distance = _figure('joint_distance', float, 'Largest |q - reference| over the joints [rad, m].')
+    sigma_min = _figure(
+        'sigma_min', float, 'Smallest singular value of the task Jacobian at q; NaN where the search converged.'
+    )
+    limits_mask = _figure('limits_mask', int, 'Number whose bit i is set where joint i sits on a limit.')
+    seed_clipped = _figure('seed_clipped', bool, 'The seed was outside the limits and was brought inside first.')
+    solve_time = _figure('solve_time', float, 'Seconds inside the compiled search.')
 
     @property
     def joints_at_limits(self) -> tuple[int, ...]:
         """Indices of the joints of q that sit on a limit."""
-        return tuple(i for i in range(len(self.q)) if self.limits_mask >> i & 1)
+        mask = self.limits_mask
+        return tuple(i for i in range(len(self.q)) if mask >> i & 1)
 
-    @property
-    def converged(self) -> bool:
-        """Whether q is an answer; anything else is the best approach only."""
-        return self.status is Status.CONVERGED
+    def __repr__(self) -> str:
+        figures = ', '.join(f'{name}={getattr(self, name)}' for name in FIGURES if hasattr(type(self), name))
+        return f'Solution(q={self.q.tolist()}, {figures})'

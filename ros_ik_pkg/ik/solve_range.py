@@ -6,35 +6,57 @@ import math
 
 import numpy as np
 
-from ros_ik_pkg.ik.attempt import CONVERGED, weigh
+from ros_ik_pkg.ik.attempt import CONVERGED
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kinematics import fill_columns, walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import singular_figures
-from ros_ik_pkg.ik.records import TUNABLES, Task, Tuning, buffer_size, count_joints, make_records, unpack_model
+from ros_ik_pkg.ik.records import (
+    TUNABLES,
+    Preferences,
+    Tuning,
+    buffer_size,
+    count_joints,
+    make_records,
+    unpack_model,
+)
 from ros_ik_pkg.ik.search import search, unwrap
+from ros_ik_pkg.ik.solution import FIGURES
+from ros_ik_pkg.ik.task import make_task, measure, shape_columns
 
-NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose
+NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
+# of numbers for each joint are for another arm
+LISTS = TUNABLES + 12  # where the lists of SolveOptions begin: how many joint weights, they themselves, the posture
 ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as a rotation
 
 
-# Columns of the figures of a row
 (
     STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR, JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK,
     SEED_CLIPPED, TIME,
-) = range(11)  # fmt: skip
-FIGURES = 11
+) = range(len(FIGURES))  # fmt: skip
+WIDTH = len(FIGURES)
+
+
+@compiled
+def solve_one(model, starts, numbers, target, seed, row):
+    """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row.
+
+    What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.2 us.
+    """
+    out = row.reshape(1, len(row))
+    nothing = out[:0]
+    solve_range(model, starts, numbers, target, seed, seed, out, nothing, nothing)
 
 
 @compiled
 def solve_range(model, starts, numbers, targets, seeds, references, out, answers, rows):
     """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
 
-    Writes to out (N, n + FIGURES): q, then the figures. `answers` (k, n) receives the k nearest answers of the last
-    row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
+    Writes to out (N, n + len(FIGURES)): q, then the figures. `answers` (k, n) receives the k nearest answers of the
+    last row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
     """
-    n = out.shape[1] - FIGURES
+    n = out.shape[1] - WIDTH
     buffer = np.empty(buffer_size(count_joints(model, n), n))
     scores = np.empty(starts.shape[1], np.float32)
     ranks, integers = np.empty(max(1, len(answers))), np.zeros(3, np.int64)
@@ -45,11 +67,14 @@ def solve_range(model, starts, numbers, targets, seeds, references, out, answers
 @kernel
 def solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, buffer, scores, ranks, integers):
     """Do what solve_range says, with its memory."""
-    n = out.shape[1] - FIGURES
+    n = out.shape[1] - WIDTH
     geometry, reach = unpack_model(model, n)
     work, recorder, one = make_records(len(geometry.prismatic), n, buffer, scores, integers, rows)
     kept = answers if len(answers) > 0 else one
-    tuning, weights, joint_weights = tuning_of(numbers), numbers[TUNABLES : TUNABLES + 6], numbers[TUNABLES + 6 :]
+    tuning, weights, tolerances = tuning_of(numbers), numbers[TUNABLES : TUNABLES + 6], numbers[TUNABLES + 6 : LISTS]
+    joint_weights, posture = numbers[LISTS + 1 : LISTS + 1 + int(numbers[LISTS])], numbers[-n:]
+    given = len(numbers) - LISTS - 1 - len(joint_weights)
+    fits = given in (0, n) and len(joint_weights) in (0, n)
     for k in range(len(out)):
         began = now(work.clock)
         q, row, T = out[k, :n], out[k, n:], targets[4 * k : 4 * k + 4]
@@ -57,15 +82,16 @@ def solve_rows(model, starts, numbers, targets, seeds, references, out, answers,
         assign(q, seed)
         row[:] = math.nan
         row[STATUS] = NOT_AN_ARGUMENT
-        if not (is_pose(T) and finite(seed) and finite(reference)):
+        if not (fits and is_pose(T) and finite(seed) and finite(reference)):
             continue
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
         ranks[:] = math.inf
-        R = (T[0, 0], T[0, 1], T[0, 2], T[1, 0], T[1, 1], T[1, 2], T[2, 0], T[2, 1], T[2, 2])
-        task = Task(R, (T[0, 3], T[1, 3], T[2, 3]), weights)
+        task = make_task(T, weights, tolerances, tuning.task_frame)
+        assign(work.weights, weights)
+        preferences = Preferences(joint_weights, posture if given > 0 else reference)
         status, steps, attempts, found, position_error, orientation_error = search(
-            geometry, starts, reach, task, tuning, reference, joint_weights, kept, ranks, work, recorder
+            geometry, starts, reach, task, tuning, reference, preferences, kept, ranks, work, recorder
         )
         assign(q, work.q)
         row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts
@@ -73,7 +99,7 @@ def solve_rows(model, starts, numbers, targets, seeds, references, out, answers,
         row[JOINT_DISTANCE] = largest_gap(q, reference)
         row[LIMITS_MASK] = limits_mask(geometry, q)
         if status != CONVERGED:
-            row[SIGMA_MIN] = sigma_min(geometry, weights, work, recorder)
+            row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began
 
 
@@ -82,7 +108,8 @@ def tuning_of(numbers):
     """Give the first numbers their names."""
     return Tuning(
         numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7], numbers[8],
-        numbers[9], numbers[10], numbers[11], numbers[12], numbers[13], numbers[14],
+        numbers[9], numbers[10], numbers[11], numbers[12], numbers[13], numbers[14], numbers[15], numbers[16],
+        numbers[17],
     )  # fmt: skip
 
 
@@ -146,9 +173,10 @@ def limits_mask(arm, q):
 
 
 @kernel
-def sigma_min(arm, weights, work, scratch):
+def sigma_min(geometry, task, work, scratch):
     """Return the smallest singular value of the task Jacobian at work.q."""
-    _, p = walk(arm, work.q, work.axes)
-    fill_columns(arm, work.axes, p, work.columns)
-    weigh(weights, work.columns)
-    return singular_figures(work.columns, weights, scratch)[0]
+    R, p = walk(geometry, work.q, work.axes)
+    measure(task, R, p, work)
+    fill_columns(geometry, work.axes, p, work.columns)
+    shape_columns(task, R, work.weights, work.columns)
+    return singular_figures(work.columns, work.weights, scratch)[0]

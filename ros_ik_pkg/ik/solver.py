@@ -12,31 +12,31 @@ from typing import Any
 
 import numpy as np
 
-from ros_ik_pkg.ik.exceptions import ArgumentError
+from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.records import TRACE_WIDTH
 from ros_ik_pkg.ik.robot import Arm, load_arm
-from ros_ik_pkg.ik.solution import Solution, Status, Trace
+from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
 from ros_ik_pkg.ik.solve_range import (
     ATTEMPTS,
-    FIGURES,
+    FOUND,
     JOINT_DISTANCE,
+    NOT_AN_ARGUMENT,
     ORIENTATION_ERROR,
     POSITION_ERROR,
     STATUS,
     STEPS,
     TIME,
+    solve_one,
     solve_range,
 )
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
 MOST_ANSWERS = 64  # that choice='all' returns
 DEFAULT_OPTIONS = SolveOptions()
-STATUSES = tuple(Status)
-
-
 FLOAT = np.dtype(np.float64)
 NOTHING = np.empty((0, 0))
+WIDTH = len(FIGURES)
 
 
 def solve(
@@ -79,23 +79,32 @@ def solve(
     start = arm.home if seed is None else seed
     if not _is_array(start, (n,)):
         start = _array(start, 'seed', (n,))
-    origin = start if reference is None else _array(reference, 'reference', (n,))
+    row = np.empty(n + WIDTH)
+    if trace or reference is not None or options.choice == 'all':
+        solution = _solve_at_length(arm, goal, start, options, reference, trace, row)
+    else:
+        solve_one(arm.packed, arm.starts, options.numbers, goal, start, row)
+        solution = Solution(row)
+    if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
+        raise _argument_error(arm, options, target, seed, reference)
+    return solution
+
+
+def _solve_at_length(
+    arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool, row: np.ndarray
+) -> Solution:
+    """Solve where more is wanted than one answer from one seed."""
+    n = arm.n
+    origin = seed if reference is None else _array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
-    out = np.empty((1, n + FIGURES))
-    if len(options.joint_weights) not in (0, n):
-        raise _weights_error(options, n)
-    count = solve_range(arm.packed, arm.starts, options.numbers, goal, start, origin, out, answers, rows)
-    figures = out[0].tolist()[n:]
-    status, found, steps, attempts, position, orientation, distance, sigma_min, mask, clipped, seconds = figures
-    if status < 0.0:
-        raise _argument_error(target, seed, reference)
+    count = solve_range(
+        arm.packed, arm.starts, options.numbers, target, seed, origin, row.reshape(1, -1), answers, rows
+    )
+    found = int(row[FOUND - WIDTH]) if row[STATUS - WIDTH] != NOT_AN_ARGUMENT else 0
     return Solution(
-        out[0, :n], STATUSES[int(status)], position, orientation, int(steps), int(attempts), distance, sigma_min,
-        int(mask), clipped > 0.0, seconds,
-        answers[: int(found)] if options.choice == 'all' else None,
-        _trace(rows, count, n) if trace else None,
-    )  # fmt: skip
+        row, answers[:found] if options.choice == 'all' else None, _trace(rows, count, n) if trace else None
+    )
 
 
 @dataclass(slots=True)
@@ -150,9 +159,7 @@ def solve_batch(
     flat = goals.reshape(4 * count, 4)
     starts = _rows(arm.home if seeds is None else seeds, count, arm.n, 'seeds')
     origins = starts if references is None else _rows(references, count, arm.n, 'references')
-    out = np.empty((count, arm.n + FIGURES))
-    if len(options.joint_weights) not in (0, arm.n):
-        raise _weights_error(options, arm.n)
+    out = np.empty((count, arm.n + WIDTH))
 
     def run(chunk: slice) -> int:
         a, b = chunk.start, chunk.stop
@@ -170,11 +177,11 @@ def solve_batch(
             if progress is not None:
                 progress(done)
     figures = out[:, arm.n :].T
-    bad = np.flatnonzero(figures[STATUS] < 0.0)
+    bad = np.flatnonzero(figures[STATUS] == NOT_AN_ARGUMENT)
     if len(bad):
         k = int(bad[0])
         rows = slice(k * arm.n, (k + 1) * arm.n)
-        raise ArgumentError(f'row {k}: {_argument_error(goals[k], starts[rows], origins[rows])}')
+        raise ArgumentError(f'row {k}: {_argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,
@@ -200,11 +207,6 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     finally:
         notice.cancel()
     return time.monotonic() - began
-
-
-def _weights_error(options: SolveOptions, n: int) -> ArgumentError:
-    """Say that the weights belong to another arm."""
-    return ArgumentError(f'joint_weights has {len(options.joint_weights)} numbers; expected {n}, one for each joint')
 
 
 def _matrix(target: Any) -> Any:
@@ -238,8 +240,12 @@ def _rows(values: Any, count: int, n: int, name: str) -> np.ndarray:
     return np.broadcast_to(rows, (count, n)).flatten()  # a copy: the compiled code takes no read-only array
 
 
-def _argument_error(target: Any, seed: Any, reference: Any) -> ArgumentError:
+def _argument_error(arm: Arm, options: SolveOptions, target: Any, seed: Any, reference: Any) -> ArgumentError:
     """Say which argument the compiled check refused."""
+    try:
+        options.check_lengths(arm.n)
+    except OptionError as error:
+        return ArgumentError(str(error))
     for name, value in (('seed', seed), ('reference', reference)):
         if value is not None and not np.all(np.isfinite(np.asarray(value, dtype=float))):
             return ArgumentError(f'{name} = {np.asarray(value).tolist()}; expected finite numbers [rad, m]')

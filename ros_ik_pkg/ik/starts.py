@@ -78,16 +78,34 @@ def _write_poses(model, q, axes, poses):
 
 
 @kernel
-def next_start(starts, task, scale, attempt, work):
+def nearest_start(scores):
+    """Return which start is the nearest of those that were not used yet."""
+    best = 0
+    for k in range(1, len(scores)):
+        if scores[k] < scores[best]:
+            best = k
+    return best
+
+
+@kernel
+def distance_of(starts, k, task):
+    """Return the norm of the twist error of start k, all rows counted."""
+    first = starts.shape[0] - 7
+    w, x, y, z = quaternion(task.R)
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    s = starts[first:, k]
+    dx, dy, dz = s[0] - task.p[0], s[1] - task.p[1], s[2] - task.p[2]
+    cosine = abs(s[3] * w + s[4] * x + s[5] * y + s[6] * z) / length
+    angle = 2.0 * math.acos(min(1.0, cosine))
+    return math.sqrt(dx * dx + dy * dy + dz * dz + angle * angle)
+
+
+@kernel
+def next_start(starts, attempt, work):
     """Write the start of attempt 1, 2, ... to work.q: the nearest that was not used yet."""
     m = starts.shape[1]
-    if attempt == 1:
-        score_starts(starts, task, scale, work.scores)
     if attempt <= m:
-        best = 0
-        for k in range(1, m):
-            if work.scores[k] < work.scores[best]:
-                best = k
+        best = nearest_start(work.scores)
         work.scores[best] = np.inf
         for i in range(len(work.q)):
             work.q[i] = starts[i, best]
@@ -98,17 +116,20 @@ def next_start(starts, task, scale, attempt, work):
 
 @kernel
 def score_starts(starts, task, scale, scores):
-    """Write how far each start is from the target: 4 |dp|^2 / scale^2 + 2 (1 - |<quaternions>|), rows of weight 0
-    left out. Single precision and no branches, so that eight starts are scored at once."""
+    """Write how far each start is from the target: 4 |dp|^2 / scale^2 + 2 (1 - |<quaternions>|).
+
+    Position rows in base axes of weight 0 and orientations that are not wanted whole are left out. Single precision
+    and no branches, so that eight starts are scored at once.
+    """
     first = starts.shape[0] - 7
     w, x, y, z = quaternion(task.R)
     length = math.sqrt(w * w + x * x + y * y + z * z)
     qw, qx, qy, qz = np.float32(w / length), np.float32(x / length), np.float32(y / length), np.float32(z / length)
     px, py, pz = np.float32(task.p[0]), np.float32(task.p[1]), np.float32(task.p[2])
     weights, per_metre = task.weights, 4.0 / (scale * scale)
-    wx = np.float32(per_metre * (weights[0] > 0.0))
-    wy = np.float32(per_metre * (weights[1] > 0.0))
-    wz = np.float32(per_metre * (weights[2] > 0.0))
+    wx = np.float32(per_metre * (weights[0] > 0.0 or task.in_tip_axes > 0.0))
+    wy = np.float32(per_metre * (weights[1] > 0.0 or task.in_tip_axes > 0.0))
+    wz = np.float32(per_metre * (weights[2] > 0.0 or task.in_tip_axes > 0.0))
     turned = weights[3] > 0.0 and weights[4] > 0.0 and weights[5] > 0.0
     wr, one = np.float32(2.0 * turned), np.float32(1.0)
     for k in range(len(scores)):

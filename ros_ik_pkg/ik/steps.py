@@ -19,7 +19,7 @@ TINY = 1e-300
 
 
 @inlined
-def take_step(tuning, error_norm, weights, work):
+def take_step(tuning, error_norm, work):
     """Write the step of the selected method to work.dq and return its damping; NaN to both where there is none."""
     method = int(tuning.method)
     if method == TRANSPOSE:
@@ -33,10 +33,10 @@ def take_step(tuning, error_norm, weights, work):
         damping = tuning.dls_damping
     elif method == ADAPTIVE_DLS:
         damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
-    if damping == 0.0 and fewer_joints_than_rows(weights, work.columns):
+    if damping == 0.0 and fewer_joints_than_rows(work.weights, work.columns):
         found = normal_equations_step(work)
     else:
-        found = damped_step(damping, weights, work)
+        found = damped_step(damping, work)
     if not found:
         work.dq[:] = math.nan
         return math.nan
@@ -78,13 +78,13 @@ def transpose_step(work):
 
 
 @inlined
-def damped_step(damping, weights, work):
+def damped_step(damping, work):
     """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step where lambda is 0; return whether there is one.
 
     The row of a dropped axis gets a 1 on the diagonal and so stays out of the system.
     """
     for r in range(ROWS):
-        work.diagonal[r] = damping * damping if weights[r] > 0.0 else 1.0
+        work.diagonal[r] = damping * damping if work.weights[r] > 0.0 else 1.0
     gram(work.columns, work.diagonal, work.A)
     if not cholesky_solve(work.A, work.e, work.y):
         return False
