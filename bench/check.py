@@ -15,8 +15,6 @@ from bench.cases import bounds, random_joints, random_rotations
 from bench.judge import Judge
 from bench.random_arms import random_urdf
 from ros_ik_pkg.ik import (
-    CHOICES,
-    METHODS,
     OPTIONS,
     Arm,
     BatchSolution,
@@ -81,7 +79,9 @@ def make_group(random: np.random.Generator, count: int) -> Group:
 
 def random_options(random: np.random.Generator, arm: Arm) -> SolveOptions:
     """Draw each option from all of its range now and then, and leave it alone otherwise."""
-    values: dict[str, Any] = {'method': str(random.choice(METHODS)), 'choice': str(random.choice(CHOICES))}
+    values: dict[str, Any] = {
+        option.name: str(random.choice(option.allowed)) for option in OPTIONS if option.allowed
+    }
     for option in OPTIONS:
         if option.name in SLOW:
             values[option.name] = type(option.default)(random.uniform(option.minimum, SLOW[option.name]))
@@ -95,6 +95,10 @@ def random_options(random: np.random.Generator, arm: Arm) -> SolveOptions:
         values['task_weights'] = tuple((kept * random.choice([0.3, 1.0, 2.0], 6)).tolist())
     if random.random() < 0.3:
         values['joint_weights'] = tuple(random.uniform(0.0, 2.0, arm.n).tolist())
+    if random.random() < 0.2:
+        values['task_tolerances'] = tuple((random.uniform(0.0, 0.3, 6) * (random.random(6) < 0.5)).tolist())
+    if random.random() < 0.3:
+        values['posture'] = tuple(random.uniform(*bounds(arm)).tolist())
     return SolveOptions(**values)
 
 
@@ -118,8 +122,10 @@ def find_faults(group: Group, batch: BatchSolution) -> list[tuple[int, str]]:
     """Return (row, what is wrong) for every row that claims what is not so."""
     judge, options, q = group.judge, group.options, batch.q
     kept = np.array(options.task_weights) > 0.0
-    halves = judge.errors(group.targets, q)
-    position, orientation = (np.linalg.norm(e * k, axis=1) for e, k in zip(halves, (kept[:3], kept[3:])))
+    axes = group.targets[:, :3, :3] if options.task_frame == 'tip' else np.broadcast_to(np.eye(3), (len(q), 3, 3))
+    errors = np.hstack([np.einsum('kji,kj->ki', axes, half) for half in judge.errors(group.targets, q)])
+    beyond = np.maximum(np.abs(errors) - options.task_tolerances, 0.0) * kept
+    position, orientation = np.linalg.norm(beyond[:, :3], axis=1), np.linalg.norm(beyond[:, 3:], axis=1)
     rounding = ROUNDING * (1.0 + np.abs(q).max(axis=1))
     close = (position <= options.position_tolerance + rounding) & (
         orientation <= options.orientation_tolerance + rounding

@@ -12,11 +12,15 @@ from hypothesis import strategies as st
 from numerics import law
 
 from ros_ik_pkg.ik import CHOICES, METHODS, OPTIONS, IkError, OptionError, SolveOptions
+from ros_ik_pkg.ik.options import NULL_SPACES, TASK_FRAMES
 from ros_ik_pkg.ik.records import Tuning
 
 NUMBERS = [spec for spec in OPTIONS if isinstance(spec.default, (int, float)) and not isinstance(spec.default, bool)]
 TUPLES = [spec for spec in OPTIONS if isinstance(spec.default, tuple)]
 TEXTS = [spec for spec in OPTIONS if isinstance(spec.default, str)]
+
+
+WORDS = {'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES}
 
 
 def name_of(spec):
@@ -93,7 +97,7 @@ def test_a_choice_is_one_of_the_words(spec):
 
 def test_the_words_are_those_of_the_package():
     allowed = {spec.name: spec.allowed for spec in TEXTS}
-    assert allowed == {'method': METHODS, 'choice': CHOICES}
+    assert allowed == WORDS
     assert METHODS == ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
 
 
@@ -112,7 +116,7 @@ def test_weights_are_numbers_of_their_range(spec):
     taken = getattr(SolveOptions(**{spec.name: list(filled(spec, 2))}), spec.name)
     assert taken == filled(spec, 2.0)
     assert all(type(weight) is float for weight in taken)
-    for value in (-1.0, math.nan, math.inf, 2e6):
+    for value in (spec.minimum - 1.0, spec.maximum + 1.0, math.nan, math.inf):
         assert_refused(spec, filled(spec, value))
     for value in (1.0, None, filled(spec, 'x')):
         assert_refused(spec, value)
@@ -157,9 +161,19 @@ def test_an_option_error_is_an_error_of_the_package_and_of_a_value():
 def test_the_compiled_code_gets_every_number_in_its_place():
     values = {spec.name: spec.default for spec in OPTIONS}
     values |= {'max_iterations': 11, 'deadline': 0.125, 'sdls_max_step': 0.5, 'max_joint_jump': 0.25}
-    values |= {'method': 'sdls', 'choice': 'all', 'task_weights': (1, 2, 3, 4, 5, 6)}
+    values |= {'method': 'sdls', 'choice': 'all', 'task_frame': 'tip', 'null_space': 'limits'}
+    values |= {'task_weights': (1, 2, 3, 4, 5, 6), 'task_tolerances': (7, 8, 9, 10, 11, 12)}
+    values |= {'joint_weights': (13, 14), 'posture': (15, 16)}
     numbers = SolveOptions(**values).numbers
     assert numbers.dtype == np.float64
-    expected = values | {'method': METHODS.index('sdls'), 'choice': CHOICES.index('all')}
-    assert numbers[:-6].tolist() == [float(expected[name]) for name in Tuning._fields]
-    assert numbers[-6:].tolist() == [1, 2, 3, 4, 5, 6]
+    expected = values | {name: words.index(values[name]) for name, words in WORDS.items()}
+    count = len(Tuning._fields)
+    assert numbers[:count].tolist() == [float(expected[name]) for name in Tuning._fields]
+    assert numbers[count:].tolist() == [*range(1, 13), 2, *range(13, 17)]
+
+
+def test_lists_for_each_joint_are_as_long_as_the_arm_has_joints():
+    SolveOptions(joint_weights=(1.0,) * 6, posture=(0.0,) * 6).check_lengths(6)
+    for name in ('joint_weights', 'posture'):
+        with pytest.raises(OptionError, match=f'{name} has 6 numbers; expected 7'):
+            SolveOptions(**{name: (1.0,) * 6}).check_lengths(7)

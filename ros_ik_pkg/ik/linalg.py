@@ -14,6 +14,10 @@ ROWS = 6
 SINGULAR = 1e-14  # pivot over its diagonal element; less is what rounding leaves of zero
 MAX_SWEEPS = 30
 ORTHOGONAL = 1e-13  # cosine between two rows
+ALMOST = 1e-6  # cosine that one more turn makes orthogonal
+# The pairs of rows, three at a time that have none in common: the processor works on them side by side.
+FIRST = (0, 2, 4, 0, 1, 3, 0, 1, 2, 0, 1, 2, 0, 1, 3)
+SECOND = (1, 3, 5, 2, 4, 5, 3, 5, 4, 4, 3, 5, 5, 2, 4)
 NOTHING = 1e-31  # square of a row over the square of all
 
 
@@ -80,50 +84,54 @@ def svd(columns, U, W, sigma):
             W[r, i] = columns[i, r]
         for c in range(ROWS):
             U[r, c] = 1.0 if r == c else 0.0
-    total = 0.0
-    for r in range(ROWS):
-        for i in range(n):
-            total += W[r, i] * W[r, i]
     for _ in range(MAX_SWEEPS):
-        if not _sweep(n, NOTHING * total, U, W):
+        if not _sweep(n, U, W, sigma) > ALMOST * ALMOST:  # the sweep that saw this left the square of it
             break
     for r in range(ROWS):
-        square = 0.0
-        for i in range(n):
-            square += W[r, i] * W[r, i]
-        sigma[r] = math.sqrt(square)
+        sigma[r] = math.sqrt(_square(n, W, r))
     _sort(n, U, W, sigma)
 
 
 @kernel
-def _sweep(n, nothing, U, W):
-    """Make every pair of rows of W orthogonal once; return whether any was turned.
+def _square(n, W, r):
+    """Return the square of the length of a row."""
+    square = 0.0
+    for i in range(n):
+        square += W[r, i] * W[r, i]
+    return square
 
-    Rows whose square is below `nothing` are rounding: they would be turned for ever.
+
+@kernel
+def _sweep(n, U, W, squares):
+    """Make every pair of rows of W orthogonal once; return the square of the largest cosine that there was.
+
+    Rows whose square is below NOTHING of the whole are rounding: they would be turned for ever. `squares` (6,) keeps
+    those of the rows up to date.
     """
-    turned = False
-    for a in range(ROWS - 1):
-        for b in range(a + 1, ROWS):
-            aa, bb, ab = 0.0, 0.0, 0.0
-            for i in range(n):
-                x, y = W[a, i], W[b, i]
-                aa += x * x
-                bb += y * y
-                ab += x * y
-            if aa <= nothing or bb <= nothing or not ab * ab > ORTHOGONAL * ORTHOGONAL * aa * bb:
-                continue
-            turned = True
-            zeta = (bb - aa) / (2.0 * ab)
-            t = 1.0 / (zeta + math.copysign(math.sqrt(1.0 + zeta * zeta), zeta))
-            c = 1.0 / math.sqrt(1.0 + t * t)
-            s = c * t
-            for i in range(n):
-                x, y = W[a, i], W[b, i]
-                W[a, i], W[b, i] = c * x - s * y, s * x + c * y
-            for i in range(ROWS):
-                x, y = U[a, i], U[b, i]
-                U[a, i], U[b, i] = c * x - s * y, s * x + c * y
-    return turned
+    total, largest = 0.0, 0.0
+    for r in range(ROWS):
+        squares[r] = _square(n, W, r)
+        total += squares[r]
+    for k in range(len(FIRST)):
+        a, b = FIRST[k], SECOND[k]
+        aa, bb, ab = squares[a], squares[b], 0.0
+        for i in range(n):
+            ab += W[a, i] * W[b, i]
+        if aa <= NOTHING * total or bb <= NOTHING * total or not ab * ab > ORTHOGONAL * ORTHOGONAL * aa * bb:
+            continue
+        largest = max(largest, ab * ab / (aa * bb))
+        gap = 0.5 * (bb - aa)
+        t = ab / (gap + math.copysign(math.sqrt(gap * gap + ab * ab), gap))
+        c = 1.0 / math.sqrt(1.0 + t * t)
+        s = c * t
+        for i in range(n):
+            x, y = W[a, i], W[b, i]
+            W[a, i], W[b, i] = c * x - s * y, s * x + c * y
+        for i in range(ROWS):
+            x, y = U[a, i], U[b, i]
+            U[a, i], U[b, i] = c * x - s * y, s * x + c * y
+        squares[a], squares[b] = aa - t * ab, bb + t * ab
+    return largest
 
 
 @kernel

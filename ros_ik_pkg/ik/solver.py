@@ -196,7 +196,7 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     """
     began = time.monotonic()
     notice = threading.Timer(
-        2.0, report, ['compiling the solver for this machine: once, about a minute, kept for later starts']
+        5.0, report, ['compiling the solver for this machine: once, about a minute, kept for later starts']
     )
     notice.daemon = True
     notice.start()

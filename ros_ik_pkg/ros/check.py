@@ -33,9 +33,19 @@ def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
 
 
 def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[float, float]:
-    """Return distance [m] and angle [rad] of the tip at q (n,) in the rows of the task, those of a weight above 0."""
-    base_from_tip, weights = arm.forward(q), np.array(options.task_weights)
+    """Return distance [m] and angle [rad] of the tip at q (n,) in the rows of the task, beyond their tolerances."""
+    base_from_tip = arm.forward(q)
     position = (target - base_from_tip)[:3, 3]
-    orientation = pin.log3(np.ascontiguousarray(target[:3, :3] @ base_from_tip[:3, :3].T))
-    in_task = weights > 0.0
-    return float(np.linalg.norm(position[in_task[:3]])), float(np.linalg.norm(orientation[in_task[3:]]))
+    orientation = _rotation_vector(target[:3, :3] @ base_from_tip[:3, :3].T)
+    task_from_base = target[:3, :3].T if options.task_frame == 'tip' else np.eye(3)
+    errors = np.hstack([task_from_base @ position, task_from_base @ orientation])
+    beyond = np.maximum(np.abs(errors) - options.task_tolerances, 0.0) * (np.array(options.task_weights) > 0.0)
+    return float(np.linalg.norm(beyond[:3])), float(np.linalg.norm(beyond[3:]))
+
+
+def _rotation_vector(R: np.ndarray) -> np.ndarray:
+    """Return log(R) (3,) [rad]; pinocchio.log3 loses digits near half a turn, which a free axis may well be off."""
+    x, y, z, w = pin.Quaternion(np.ascontiguousarray(R)).coeffs()
+    vector = np.copysign(1.0, w) * np.array([x, y, z])
+    sine = np.linalg.norm(vector)
+    return vector * (2.0 * np.arctan2(sine, abs(w)) / sine) if sine > 0.0 else vector

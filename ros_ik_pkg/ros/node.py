@@ -12,7 +12,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
+from ros_ik_pkg.ik import Arm, IkError, warm_up
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer
 from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
@@ -85,9 +85,8 @@ class IkNode(Node):
     def _arm_for(self, settings: Settings, arm_changes: bool) -> Arm | None:
         """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
         arm = self._robot_source.load(settings) if arm_changes else self._answering.arm
-        weights = settings.options.joint_weights
-        if arm is not None and len(weights) not in (0, arm.n):
-            raise OptionError(f'joint_weights has {len(weights)} numbers; {arm.name} has {arm.n} joints')
+        if arm is not None:
+            settings.options.check_lengths(arm.n)
         return arm
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
