@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from ros_ik_pkg.ik import SolveOptions, load_arm
@@ -52,3 +53,22 @@ def test_rows_of_weight_zero_are_not_part_of_the_task():
     position_only = SolveOptions(task_weights=(1, 1, 1, 0, 0, 0))
     assert fault_of(ARM.home, moved(turn=1.0), ARM, position_only) == ''
     assert 'm off' in fault_of(ARM.home, moved(x=1.0), ARM, position_only)
+
+
+@pytest.mark.parametrize('angle', [np.pi - 1e-3, np.pi - 1e-9, np.pi])
+def test_an_axis_that_is_free_may_be_off_by_half_a_turn(angle):
+    arm = load_arm('panda')
+    options = SolveOptions(task_weights=(1, 1, 1, 1, 1, 0), task_frame='tip')
+    turned = arm.forward(arm.home)
+    turned[:3, :3] = turned[:3, :3] @ pin.exp3(np.array([0.0, 0.0, angle]))
+    assert fault_of(arm.home, turned, arm, options) == ''
+    turned[:3, :3] = turned[:3, :3] @ pin.exp3(np.array([0.02, 0.0, 0.0]))
+    assert 'turned' in fault_of(arm.home, turned, arm, options)
+
+
+def test_what_is_within_a_row_s_tolerance_is_no_fault():
+    arm = load_arm('panda')
+    target = arm.forward(arm.home)
+    target[0, 3] += 0.009
+    assert fault_of(arm.home, target, arm, SolveOptions(task_tolerances=(0.01, 0, 0, 0, 0, 0))) == ''
+    assert '0.001 m off' in fault_of(arm.home, target, arm, SolveOptions(task_tolerances=(0.008, 0, 0, 0, 0, 0)))

@@ -43,9 +43,9 @@ def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions
     return float(np.linalg.norm(beyond[:3])), float(np.linalg.norm(beyond[3:]))
 
 
-def _rotation_vector(R: np.ndarray) -> np.ndarray:
-    """Return log(R) (3,) [rad]; pinocchio.log3 loses digits near half a turn, which a free axis may well be off."""
-    x, y, z, w = pin.Quaternion(np.ascontiguousarray(R)).coeffs()
+def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
+    """Return the logarithm (3,) of a rotation [rad]; pinocchio.log3 loses digits near half a turn, which a free axis may well be off."""
+    x, y, z, w = pin.Quaternion(np.ascontiguousarray(rotation)).coeffs()
     vector = np.copysign(1.0, w) * np.array([x, y, z])
     sine = np.linalg.norm(vector)
     return vector * (2.0 * np.arctan2(sine, abs(w)) / sine) if sine > 0.0 else vector
