@@ -21,7 +21,7 @@ def arguments() -> argparse.ArgumentParser:
     """Describe the command line."""
     parser = argparse.ArgumentParser(prog='compare', description=__doc__)
     add = parser.add_argument
-    add('--robot', default=NOTES_ROBOT, help='robot of config/robots, .urdf or DH .yaml (default: %(default)s)')
+    add('--robot', default=NOTES_ROBOT, help='robot of config/robots, .urdf, .xacro or DH .yaml (default: %(default)s)')
     add('--seed', nargs='+', type=float, metavar='Q', help='joints [deg or m] (default: of the notes, else home)')
     add('--target', nargs=6, type=float, metavar=('X', 'Y', 'Z', 'ROLL', 'PITCH', 'YAW'), help='pose [m], [deg]')
     add('--methods', nargs='+', choices=METHODS, default=METHODS, metavar='NAME', help='default: all five')

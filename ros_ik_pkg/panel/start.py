@@ -19,7 +19,7 @@ def arguments() -> argparse.ArgumentParser:
     """Describe the command line: that of the panel, and the robot."""
     common = panel_node.arguments()
     parser = argparse.ArgumentParser(prog='panel', description=__doc__, parents=[common], add_help=False)
-    parser.add_argument('--robot', default=NOTES_ROBOT, help='robot of config/robots, .urdf or .yaml (%(default)s)')
+    parser.add_argument('--robot', default=NOTES_ROBOT, help='name, .urdf, .xacro or DH .yaml (%(default)s)')
     return parser
 
 

@@ -34,7 +34,7 @@ def arguments() -> argparse.ArgumentParser:
     """Describe the command line."""
     parser = argparse.ArgumentParser(prog='demo', description=__doc__)
     parser.add_argument(
-        '--robot', default='puma560', help='robot of config/robots, .urdf or .yaml (default: %(default)s)'
+        '--robot', default='puma560', help='robot of config/robots, .urdf, .xacro or DH .yaml (default: %(default)s)'
     )
     return parser
 
