@@ -49,7 +49,7 @@ def answer_with(rows: int = 3) -> Answer:
     target = PoseStamped()
     target.header.stamp.sec, target.header.stamp.nanosec = 12, 34
     target.header.frame_id = 'elsewhere'
-    command = Command(solution.q, duration=0.25)
+    command = Command(solution.q, start=np.zeros(arm.n), velocity_limits=np.full(arm.n, 2.0))  # 0.25 s away
     return Answer(target, 'solved', 'converged', 'fine', 'dls', arm, solution, ('one', 'two'), command=command)
 
 
@@ -196,7 +196,7 @@ def test_commands_are_the_positions_in_the_order_of_the_arm():
 def test_a_result_says_what_was_published_and_how_far_off_that_is():
     answer = answer_with()
     assert values_of(result_message(answer, 'ik_node').status[0])['published'] == 'solution'
-    command = Command(answer.solution.q, CLOSEST, errors=(0.25, 0.5), fraction=0.125, step_time=0.02)
+    command = replace(answer.command, published=CLOSEST, errors=(0.25, 0.5), fraction=0.125, step_time=0.02)
     figures = values_of(result_message(replace(answer, command=command), 'ik_node').status[0])
     assert (figures['published'], figures['velocity_limited'], figures['step_time']) == ('closest', '0.125', '0.02')
     assert (figures['published_position_error'], figures['published_orientation_error']) == ('0.25', '0.5')

@@ -8,6 +8,7 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped
 
 from ros_ik_pkg.ik import Arm, Solution
+from ros_ik_pkg.ros.velocity import travel_time
 
 SOLVED, FAILED, REFUSED = 'solved', 'failed', 'refused'
 INTERNAL_ERROR = 'internal_error'
@@ -26,17 +27,23 @@ class RefusedError(Exception):
 class Command:
     """Joint positions that are published for a target.
 
-    q: (n,) [rad, m]. published: SOLUTION or CLOSEST, to which q leads. duration: the shortest time that the velocity
-    limits allow to q [s], 0 where none is known. errors: of q [m, rad], None where it is the solution itself. fraction
-    and step_time [s]: how much of the step was taken, and in what time; None where steps are not limited.
+    q: (n,) [rad, m], reached from start (n,) with the velocity limits (n,) [rad/s, m/s]. published: SOLUTION or
+    CLOSEST, to which q leads. errors: of q [m, rad], None where it is the solution itself. fraction and step_time [s]:
+    how much of the step was taken, and in what time; None where steps are not limited.
     """
 
     q: np.ndarray
+    start: np.ndarray
+    velocity_limits: np.ndarray
     published: str = SOLUTION
-    duration: float = 0.0
     errors: tuple[float, float] | None = None
     fraction: float | None = None
     step_time: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """The shortest time from start to q within the velocity limits [s], 0 where none is known."""
+        return travel_time(self.start, self.q, self.velocity_limits)
 
 
 @dataclass(frozen=True)

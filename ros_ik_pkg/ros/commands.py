@@ -11,7 +11,7 @@ from ros_ik_pkg.ik import Status, solve
 from ros_ik_pkg.ros.answer import CLOSEST, FAILED, INTERNAL_ERROR, SOLUTION, SOLVED, Answer, Command
 from ros_ik_pkg.ros.check import errors_of, fault_of_command
 from ros_ik_pkg.ros.parameters import Settings
-from ros_ik_pkg.ros.velocity import StepError, StepTimer, limited_step, reach_of_step, travel_time
+from ros_ik_pkg.ros.velocity import StepError, StepTimer, limited_step, reach_of_step
 
 # Failures after which nothing is published even with out_of_reach: closest. After a step that was not finite nothing
 # about the solve is to be trusted, and answers beyond max_joint_jump are there, but not wanted.
@@ -43,7 +43,8 @@ class Commands:
             return replace(answer, outcome=FAILED, cause='velocity_limit', reason=reason)
         if command is None:
             return replace(answer, notes=answer.notes + notes) if notes else answer
-        if fault := fault_of_command(command.q, answer.arm, settings.options):
+        # The solution itself has passed already.
+        if command.errors and (fault := fault_of_command(command.q, answer.arm, settings.options)):
             reason = f'internal error: a command did not pass the last check, {fault}'
             return replace(answer, outcome=FAILED, cause=INTERNAL_ERROR, reason=reason)
         self.last = command.q
@@ -67,19 +68,19 @@ class Commands:
         self, goal: np.ndarray, published: str, answer: Answer, start: np.ndarray, settings: Settings
     ) -> tuple[Command, tuple[str, ...]]:
         """Return the command that leads from start to goal (n,), as far as velocity_limiting lets it go."""
-        now = self._timer.now()
         limits = settings.velocity_scale * answer.arm.velocity_limits
         q, step_time, fraction, notes = goal, None, None, ()
         if settings.velocity_limiting != 'none':
+            now = self._timer.now()
             step_time = self._timer.elapsed(now, settings.max_step_time)
             reach = reach_of_step(limits, step_time)
             q, fraction = limited_step(start, goal, reach, *_bounds(answer, settings), settings.velocity_limiting)
             notes = _notes(limits, fraction)
-        self._timer.step_taken(now)
+            self._timer.step_taken(now)
         errors = None
         if q is not goal or published == CLOSEST:
             errors = errors_of(q, answer.base_from_target, answer.arm, settings.options)
-        return Command(q, published, travel_time(start, q, limits), errors, fraction, step_time), notes
+        return Command(q, start, limits, published, errors, fraction, step_time), notes
 
 
 def closest_approach(answer: Answer, start: np.ndarray, settings: Settings) -> np.ndarray:

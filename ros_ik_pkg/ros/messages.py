@@ -29,11 +29,11 @@ def target_pose(message: PoseStamped) -> tuple[np.ndarray, tuple[str, ...]]:
     norm is further than QUATERNION_SLACK from 1.
     """
     p, q = message.pose.position, message.pose.orientation
-    position, quaternion = np.array([p.x, p.y, p.z]), np.array([q.x, q.y, q.z, q.w])
+    position, quaternion = [p.x, p.y, p.z], [q.x, q.y, q.z, q.w]
     _refuse_unless_finite('position', position)
     _refuse_unless_finite('orientation', quaternion)
-    if np.abs(position).max() > MAX_DISTANCE:
-        raise RefusedError('position', f'target position {position.tolist()} is beyond {MAX_DISTANCE:g} m')
+    if max(map(abs, position)) > MAX_DISTANCE:
+        raise RefusedError('position', f'target position {position} is beyond {MAX_DISTANCE:g} m')
     norm = math.hypot(*quaternion)
     if abs(norm - 1.0) > QUATERNION_SLACK:
         raise RefusedError(
@@ -42,8 +42,7 @@ def target_pose(message: PoseStamped) -> tuple[np.ndarray, tuple[str, ...]]:
             f'its norm within {QUATERNION_SLACK} of 1',
         )
     notes = () if abs(norm - 1.0) <= QUATERNION_ROUNDING else (f'quaternion of norm {norm:.6g} normalised',)
-    rotation = pin.Quaternion(quaternion / norm).matrix()
-    return pin.SE3(rotation, position).homogeneous, notes
+    return pin.XYZQUATToSE3(np.array([*position, *(part / norm for part in quaternion)])).homogeneous, notes
 
 
 def transform_matrix(transform: Transform) -> np.ndarray:
@@ -53,9 +52,9 @@ def transform_matrix(transform: Transform) -> np.ndarray:
     return pin.SE3(rotation, np.array([p.x, p.y, p.z])).homogeneous
 
 
-def _refuse_unless_finite(name: str, values: np.ndarray) -> None:
-    if not np.isfinite(values).all():
-        raise RefusedError('not_finite', f'target {name} is {values.tolist()}; expected finite numbers')
+def _refuse_unless_finite(name: str, values: list[float]) -> None:
+    if not all(map(math.isfinite, values)):
+        raise RefusedError('not_finite', f'target {name} is {values}; expected finite numbers')
 
 
 def solution_message(answer: Answer) -> JointState:
