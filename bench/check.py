@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import time
-from dataclasses import dataclass
-from typing import Any
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from itertools import count as numbers_from
+from itertools import islice
 
 import numpy as np
 import pinocchio as pin
 from tqdm import tqdm
 
-from bench.cases import bounds, random_joints, random_rotations
 from bench.judge import Judge
-from bench.random_arms import random_urdf
-from ros_ik_pkg.ik import (
-    OPTIONS,
-    Arm,
-    BatchSolution,
-    SolveOptions,
-    load_arm,
-    robot_names,
-    solve_batch,
-)
+from bench.problems import random_options, random_seeds, random_targets
+from bench.random_arms import MADE_UP, random_urdf
+from ros_ik_pkg.ik import Solution, SolveOptions, Status, load_arm, robot_names, solve, solve_batch, warm_up
 
 GROUP = 1000  # solves of one arm with one set of options
 SHOWN = 10  # wrong answers that are printed
+SEED = 2026
 ROUNDING = 1e-11  # m, rad; two ways through the same arithmetic
-CHANGED = 0.15  # share of the options that are not the default
-SLOW = {'max_iterations': 200, 'max_attempts': 30, 'deadline': 0.005}  # less than allowed, or it takes days
+SHIPPED = 0.3  # share of the groups with an arm of config/robots
+LATE = 1e-3  # s of CPU time beyond the deadline
+REPEATS = 2  # of a late solve: its work is the same every time, the interruptions of a virtual machine are not
+AT_ONCE = 2  # groups on threads; the solver lets others run
+BATCHED = 10  # of so many groups one is solved by solve_batch too
 
 
 @dataclass
@@ -42,100 +43,151 @@ class Group:
     references: np.ndarray
 
 
-def check_answers(count: int) -> int:
+@dataclass
+class Answers:
+    """What came out, row by row, as in BatchSolution; and the CPU time of each call [s]."""
+
+    q: np.ndarray
+    status: np.ndarray
+    position_error: np.ndarray
+    orientation_error: np.ndarray
+    cpu_time: np.ndarray
+
+    @property
+    def converged(self) -> np.ndarray:
+        """(N,) bool."""
+        return self.status == Status.CONVERGED
+
+
+@dataclass
+class Tally:
+    """Counts over many groups."""
+
+    solves: int = 0
+    groups: int = 0
+    wrong: int = 0
+    latest: float = -math.inf  # s of CPU time, the most that a solve went beyond its deadline
+    statuses: Counter[str] = field(default_factory=Counter)
+    arms: int = 0  # made up, and the shipped ones
+    faults: list[str] = field(default_factory=list)  # the first few, with what reproduces them
+
+
+def check_answers(count: int, seed: int = SEED) -> int:
     """Solve `count` times, print one closing line; return 1 if any answer is wrong."""
-    began, converged, faults = time.monotonic(), 0, 0
-    with tqdm(total=count, desc='checking', unit='solve') as bar:
-        for number, first in enumerate(range(0, count, GROUP)):
-            group = make_group(np.random.default_rng([2026, number]), min(GROUP, count - first))
-            batch = solve_batch(group.judge.arm, group.targets, group.seeds, group.options, group.references)
-            converged += int(batch.converged.sum())
-            for row, fault in find_faults(group, batch):
-                faults += 1
-                if faults <= SHOWN:
-                    bar.write(f'wrong: group {number}, row {row}, {group.judge.arm.name}, {fault}, {group.options}')
-            bar.update(len(group.targets))
-    seconds = time.monotonic() - began
-    print(f'{count} solves, {faults} wrong, {converged} converged, {math.ceil(count / GROUP)} arms, {seconds:.0f} s')
-    return 1 if faults else 0
+    began = time.monotonic()
+    tally = tally_answers(count, seed, bar_text='checking')
+    print(
+        f'{tally.solves} solves, {tally.wrong} wrong, {tally.statuses["converged"]} converged, '
+        f'{math.ceil(count / GROUP)} arms, {time.monotonic() - began:.0f} s'
+    )
+    return 1 if tally.wrong else 0
+
+
+def tally_answers(count: int, seed: int, bar_text: str, enough: Callable[[], bool] = lambda: False) -> Tally:
+    """Solve `count` times or until it is enough; the groups are the same for the same seed."""
+    tally = Tally(arms=len(robot_names()))
+    warm_up()
+    gc.freeze()  # as the node does
+    with tqdm(total=count, desc=bar_text, unit='solve') as bar, ThreadPoolExecutor(AT_ONCE) as pool:
+        sizes = [min(GROUP, count - first) for first in range(0, count, GROUP)]
+        rest = zip(numbers_from(), sizes)
+        while not enough() and (some := list(islice(rest, 4 * AT_ONCE))):
+            for (number, size), done in zip(some, pool.map(lambda job: _work(seed, *job), some)):
+                _add(tally, *done, f'seed {seed}, group {number}', bar)
+                bar.update(size)
+    return tally
+
+
+def _work(seed: int, number: int, size: int) -> tuple[Group, Answers, list[tuple[int, str]]]:
+    """Make a group, solve it and judge it."""
+    group = make_group(np.random.default_rng([seed, number]), size)
+    answers = solve_each(group)
+    faults = find_faults(group, answers) + find_late(group, answers)
+    if number % BATCHED == 0:
+        batch = solve_batch(group.judge.arm, group.targets, group.seeds, group.options, group.references)
+        faults += [(row, f'{fault} (batch)') for row, fault in find_faults(group, batch)]
+    return group, answers, faults
+
+
+def _add(tally: Tally, group: Group, answers: Answers, faults: list[tuple[int, str]], name: str, bar: tqdm) -> None:
+    """Count a group, and say what is wrong."""
+    tally.solves += len(answers.q)
+    tally.wrong += len(faults)
+    tally.groups += 1
+    tally.arms += group.judge.arm.name == MADE_UP
+    tally.statuses.update(Status(status).label for status in answers.status)
+    if group.options.deadline > 0.0:
+        tally.latest = max(tally.latest, float(answers.cpu_time.max()) - group.options.deadline)
+    for row, fault in faults[: SHOWN - len(tally.faults)]:
+        tally.faults.append(f'{name}, row {row}, {group.judge.arm.name}: {fault}')
+        bar.write(f'wrong: {tally.faults[-1]}, {group.options}')
 
 
 def make_group(random: np.random.Generator, count: int) -> Group:
     """Make up `count` solves."""
-    if random.random() < 0.3:
-        judge = Judge(load_arm(str(random.choice(robot_names()))))
-    else:
-        text = random_urdf(random)
-        judge = Judge(load_arm(text), pin.buildModelFromXML(text))
-    arm = judge.arm
-    return Group(
-        judge,
-        random_options(random, arm),
-        random_targets(judge, random, count),
-        random_joints(arm, random, count) * random.choice([1.0, 1.0, 3.0, 100.0], (count, 1)),
-        random_joints(arm, random, count) * random.choice([1.0, 3.0], (count, 1)),
-    )
+    judge = _shipped_arm(random) if random.random() < SHIPPED else _made_up_arm(random)
+    _ = judge.arm.starts  # made once for an arm, by the node when it loads one: no part of a solve
+    seeds = random_seeds(judge.arm, random, count)
+    targets = random_targets(judge, random, seeds)
+    return Group(judge, random_options(random, judge.arm), targets, seeds, random_seeds(judge.arm, random, count))
 
 
-def random_options(random: np.random.Generator, arm: Arm) -> SolveOptions:
-    """Draw each option from all of its range now and then, and leave it alone otherwise."""
-    values: dict[str, Any] = {
-        option.name: str(random.choice(option.allowed)) for option in OPTIONS if option.allowed
-    }
-    for option in OPTIONS:
-        if option.name in SLOW:
-            values[option.name] = type(option.default)(random.uniform(option.minimum, SLOW[option.name]))
-        elif isinstance(option.default, float) and random.random() < CHANGED:
-            low = math.log(max(option.minimum, 1e-9))
-            values[option.name] = min(math.exp(random.uniform(low, math.log(option.maximum))), option.maximum)
-    values['respect_limits'] = bool(random.random() < 0.8)
-    if random.random() < 0.3:
-        kept = random.random(6) < 0.7
-        kept[random.integers(6)] = True
-        values['task_weights'] = tuple((kept * random.choice([0.3, 1.0, 2.0], 6)).tolist())
-    if random.random() < 0.3:
-        values['joint_weights'] = tuple(random.uniform(0.0, 2.0, arm.n).tolist())
-    if random.random() < 0.2:
-        values['task_tolerances'] = tuple((random.uniform(0.0, 0.3, 6) * (random.random(6) < 0.5)).tolist())
-    if random.random() < 0.3:
-        values['posture'] = tuple(random.uniform(*bounds(arm)).tolist())
-    return SolveOptions(**values)
+def _shipped_arm(random: np.random.Generator) -> Judge:
+    return Judge(load_arm(str(random.choice(robot_names()))))
 
 
-def random_targets(judge: Judge, random: np.random.Generator, count: int) -> np.ndarray:
-    """Return (count, 4, 4): reachable, singular, turned, near and far poses in equal parts."""
-    q = random_joints(judge.arm, random, count)
-    lower, upper = bounds(judge.arm)
-    kind = random.integers(5, size=count)
-    corners = np.where(random.random(q.shape) < 0.5, lower, upper)
-    ends = np.where(random.random(q.shape) < 0.5, corners, np.clip(0.0, lower, upper))
-    singular = (kind == 1)[:, None] & (random.random(q.shape) < 0.7)
-    targets = judge.forward(np.where(singular, ends, q))
-    turned = kind == 2
-    targets[turned, :3, :3] = random_rotations(random, int(turned.sum()))
-    targets[kind == 3, :3, 3] *= random.uniform(0.0, 1.2, (int((kind == 3).sum()), 1))
-    targets[kind == 4, :3, 3] += random.normal(size=(int((kind == 4).sum()), 3)) * 3.0
-    return targets
+def _made_up_arm(random: np.random.Generator) -> Judge:
+    text = random_urdf(random)
+    return Judge(load_arm(text), pin.buildModelFromXML(text))
 
 
-def find_faults(group: Group, batch: BatchSolution) -> list[tuple[int, str]]:
+def solve_each(group: Group) -> Answers:
+    """Solve row by row, as the node does, and take the thread's CPU time of each."""
+    solutions, seconds = zip(*(_solve_timed(group, row) for row in range(len(group.targets))))
+    figures = np.array([(s.status, s.position_error, s.orientation_error) for s in solutions]).T
+    return Answers(np.array([s.q for s in solutions]), figures[0].astype(int), *figures[1:], np.array(seconds))
+
+
+def _solve_timed(group: Group, row: int, repeats: int = REPEATS) -> tuple[Solution, float]:
+    """Return the solution and its CPU time [s], the least of several where it is late."""
+    began = time.thread_time()
+    solution = solve(group.judge.arm, group.targets[row], group.seeds[row], group.options, group.references[row])
+    seconds = time.thread_time() - began
+    if repeats and 0.0 < group.options.deadline < seconds - LATE:
+        solution, again = _solve_timed(group, row, repeats - 1)
+        seconds = min(seconds, again)
+    return solution, seconds
+
+
+def find_late(group: Group, answers: Answers) -> list[tuple[int, str]]:
+    """Return (row, by how much) for every solve that went on after its deadline."""
+    if group.options.deadline == 0.0:
+        return []
+    beyond = answers.cpu_time - group.options.deadline
+    return [(int(row), f'{1e3 * beyond[row]:.1f} ms after the deadline') for row in np.flatnonzero(beyond > LATE)]
+
+
+def find_faults(group: Group, answers: Answers) -> list[tuple[int, str]]:
     """Return (row, what is wrong) for every row that claims what is not so."""
-    judge, options, q = group.judge, group.options, batch.q
+    judge, options, q = group.judge, group.options, answers.q
     kept = np.array(options.task_weights) > 0.0
     axes = group.targets[:, :3, :3] if options.task_frame == 'tip' else np.broadcast_to(np.eye(3), (len(q), 3, 3))
     errors = np.hstack([np.einsum('kji,kj->ki', axes, half) for half in judge.errors(group.targets, q)])
     beyond = np.maximum(np.abs(errors) - options.task_tolerances, 0.0) * kept
     position, orientation = np.linalg.norm(beyond[:, :3], axis=1), np.linalg.norm(beyond[:, 3:], axis=1)
-    rounding = ROUNDING * (1.0 + np.abs(q).max(axis=1))
+    # The turning of the tip's own place, far away, adds to the rounding of what is near.
+    rounding = ROUNDING * (1.0 + np.abs(q).max(axis=1) + np.abs(group.targets[:, :3, 3]).max(axis=1))
     close = (position <= options.position_tolerance + rounding) & (
         orientation <= options.orientation_tolerance + rounding
     )
     near = np.abs(q - group.references).max(axis=1) <= (options.max_joint_jump or np.inf)
     claims = {
-        'converged, but not at the target': ~batch.converged | close,
-        'converged, but jumps too far': ~batch.converged | near,
-        'outside the limits': judge.inside(q, 0.0) if options.respect_limits else np.isfinite(q).all(axis=1),
-        'not the position error of its q': np.abs(batch.position_error - position) <= rounding + 1e-9 * position,
-        'not the orientation error of its q': np.abs(batch.orientation_error - orientation) <= 1e-7 + rounding,
+        'converged, but not at the target': ~answers.converged | close,
+        'converged, but jumps too far': ~answers.converged | near,
+        'not a finite number': np.isfinite(q).all(axis=1) & np.isfinite(answers.position_error),
+        'outside the limits': judge.inside(q, 0.0) | (not options.respect_limits),
+        'failed without a reason': np.array([bool(Status(status).text) for status in answers.status]),
+        'not the position error of its q': np.abs(answers.position_error - position) <= rounding + 1e-9 * position,
+        'not the orientation error of its q': np.abs(answers.orientation_error - orientation) <= 1e-7 + rounding,
     }
     return [(int(row), fault) for fault, holds in claims.items() for row in np.flatnonzero(~holds)]

@@ -7,6 +7,7 @@ import numpy as np
 KINDS = ('revolute', 'continuous', 'prismatic')
 KIND_SHARES = (0.65, 0.15, 0.2)
 MOST_JOINTS = 9
+MADE_UP = 'made_up'  # the name of each
 
 
 def random_urdf(random: np.random.Generator) -> str:
@@ -14,7 +15,8 @@ def random_urdf(random: np.random.Generator) -> str:
     count = int(random.integers(1, MOST_JOINTS + 1))
     links = ['base', *(f'link{k}' for k in range(1, count)), 'tip']
     joints = [_joint(random, k, links[k], links[k + 1]) for k in range(count)]
-    return '<robot name="made_up">' + ''.join(f'<link name="{link}"/>' for link in links) + ''.join(joints) + '</robot>'
+    parts = [*(f'<link name="{link}"/>' for link in links), *joints]
+    return f'<robot name="{MADE_UP}">{"".join(parts)}</robot>'
 
 
 def _joint(random: np.random.Generator, k: int, parent: str, child: str) -> str:

@@ -1,0 +1,1 @@
+"""Faults, fuzz, load and soak: what the node and the solver are put through. Not installed; see scripts/torture."""

@@ -1,0 +1,145 @@
+"""Any target and any joint state that the message types allow: arrays of 0 to 10000, NaN, infinities, denormals, texts
+of 100000 characters, names empty, twice and in any script, stamps at the extremes. First to the code that answers
+targets, made by hypothesis; then over DDS to a running node, which must go on to solve good targets; then publishers
+of the wrong QoS and the wrong type.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from random import Random
+from typing import Any
+
+import hypothesis
+import rclpy
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
+
+from ros_ik_pkg.ik import Arm, load_arm
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.answer import SOLVED, Answer
+from ros_ik_pkg.ros.answering import Answering
+from ros_ik_pkg.ros.check import fault_of
+from ros_ik_pkg.ros.parameters import Settings
+from ros_ik_pkg.ros.statuses import result_message
+from torture.makers import any_joint_state, any_pose, good_pose
+from torture.peer import DEFAULTS, Peer, connected
+from torture.plan import Check, Plan, progress, unless
+from torture.running import RunningNode, running_node
+
+COUNT = 20_000
+PATIENCE = 0.5  # s of CPU time for one answer, a joint state of 10000 names included
+EVERY = 100  # messages over DDS, then a good target
+PAUSE = 0.0005  # s between them, so that the node takes most
+WARM_UP = 0.2  # of the messages, before memory is looked at
+GROWTH = 16.0  # MB; what 64 sources of joint states with 10000 names may hold, and what malloc keeps
+LINES_A_SECOND = 10
+TOPICS = (interface.TARGET_POSE, interface.JOINT_STATES)
+FEW = 50  # messages of an odd publisher
+ODD_QOS = {
+    'best effort': QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
+    'transient local': QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+    'keep all': QoSProfile(depth=1, history=HistoryPolicy.KEEP_ALL),
+    'depth 10000': QoSProfile(depth=10000),
+}
+
+
+def run(plan: Plan) -> Iterator[Check]:
+    """Fuzz the message layer, then the node."""
+    arm, count = load_arm('puma560'), plan.count or COUNT
+    fault = fuzz_layer(plan.seed, count, arm)
+    yield Check('inputs to the message layer, each answered with a reason', str(count), fault)
+    with running_node() as node, connected(arm) as peer:
+        yield from fuzz_node(plan.seed, count, node, peer)
+        yield from odd_publishers(node, peer)
+
+
+def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
+    """Answer what hypothesis makes up; return the smallest failure that it finds."""
+    answering = Answering()
+    answering.take_over(Settings.from_values(DEFAULTS), arm)
+    outcomes: Counter[str] = Counter()
+
+    @hypothesis.seed(seed)
+    @settings(max_examples=count, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @given(st.randoms())
+    def answers_whatever_comes(random: Random) -> None:
+        answering.joint_states.keep(any_joint_state(random, arm.joint_names))
+        began = time.thread_time()
+        answer = answering.answer(any_pose(random, good_pose(arm), arm.frame_names), trace=False)
+        assert time.thread_time() - began < PATIENCE, f'{time.thread_time() - began} s'
+        assert not (fault := fault_in(answer, answering)), fault
+        outcomes[answer.outcome] += 1
+
+    try:
+        answers_whatever_comes()
+    except Exception as error:
+        return f'{type(error).__name__}: {error}'
+    return unless(len(outcomes) == 3 or count < 100, f'only {dict(outcomes)}: what was tried?')
+
+
+def fault_in(answer: Answer, answering: Answering) -> str:
+    """Say what is wrong with an answer: no reason, a wrong solution, or a result that cannot be written."""
+    result_message(answer, 'torture')
+    if not answer.reason or not answer.cause or answer.cause == 'internal_error':
+        return f'{answer.outcome} because of {answer.cause!r}: {answer.reason!r}'
+    if answer.outcome != SOLVED:
+        return ''
+    return fault_of(answer.solution.q, answer.base_from_target, answer.arm, answering.settings.options)
+
+
+def fuzz_node(seed: int, count: int, node: RunningNode, peer: Peer) -> Iterator[Check]:
+    """Send both kinds of messages to the node, and good targets in between."""
+    random, began, warm, fault = Random(seed), time.monotonic(), 0.0, ''
+    peer.forget()
+    for number in progress(range(count), 'messages over DDS'):
+        if number % EVERY == 0 and (fault := fault or peer.fault(peer.arm.home) or node.fault()):
+            break
+        if number == int(WARM_UP * count):
+            warm = node.usage().memory
+        send_any(random, peer)
+        peer.spin(PAUSE)
+    fault = fault or peer.fault(peer.arm.home) or node.fault()
+    yield Check('messages over DDS; good targets between them solved, crashes 0, hangs 0', str(count), fault)
+    if not fault:
+        growth = node.usage().memory - warm
+        yield Check('memory growth after the first fifth', f'{growth:.1f} MB', unless(growth < GROWTH, f'{growth} MB'))
+        rate = node.said().count('\n') / (time.monotonic() - began)
+        yield Check('lines in the log', f'{rate:.1f} a second', unless(rate < LINES_A_SECOND, 'too many'))
+
+
+def send_any(random: Random, peer: Peer) -> None:
+    """Send a joint state or a target; a target goes as it is, its stamp included."""
+    if random.random() < 0.5:
+        peer.joint_states.publish(any_joint_state(random, peer.arm.joint_names))
+    else:
+        peer.targets.publish(any_pose(random, good_pose(peer.arm), peer.arm.frame_names))
+
+
+def odd_publishers(node: RunningNode, peer: Peer) -> Iterator[Check]:
+    """Publish targets and joint states with other QoS than the node's, and with another type."""
+    for name, qos in ODD_QOS.items():
+        fault = _beside([(topic, topic.type, qos) for topic in TOPICS], node, peer)
+        yield Check(f'publishers with QoS {name}', str(len(TOPICS)), fault)
+    fault = _beside([(topic, String, topic.qos) for topic in TOPICS], node, peer)
+    yield Check('publishers of another type', str(len(TOPICS)), fault)
+
+
+def _beside(kinds: list[tuple[interface.Topic, Any, QoSProfile]], node: RunningNode, peer: Peer) -> str:
+    """Publish empty messages from a participant of its own while good targets are sent; say what went wrong."""
+    context = rclpy.Context()
+    context.init()
+    other = rclpy.create_node('odd', context=context)
+    publishers = [other.create_publisher(kind, peer.name_of(topic), qos) for topic, kind, qos in kinds]
+    for _ in range(FEW):
+        for publisher in publishers:
+            publisher.publish(publisher.msg_type())
+        peer.spin(0.02)
+    fault = peer.fault(peer.arm.home) or node.fault()
+    other.destroy_node()
+    context.shutdown()
+    return fault

@@ -1,0 +1,180 @@
+"""The other side of DDS: sends targets, joint states and parameters, and notes what comes back and when."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
+
+from bench.judge import Judge
+from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.interface import Topic
+from ros_ik_pkg.ros.parameters import PARAMETERS
+from ros_ik_pkg.ros.process import make_executor
+from ros_ik_pkg.tools.client import ros_node
+from ros_ik_pkg.tools.send_target import pose_message
+
+TIMEOUT = 20.0  # s without an answer: a hang
+TOLERANCE = 1e-5  # m, rad: the default
+SECOND = 10**9  # ns
+DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
+
+
+class Peer:
+    """One client of the node in `namespace`, with stamps of its own: they rise, and tell its targets from others'."""
+
+    def __init__(self, node: Node, arm: Arm, namespace: str = '', first_stamp: int = SECOND) -> None:
+        self.node, self.arm, self._judge = node, arm, Judge(arm)
+        self._prefix = f'/{namespace}' if namespace else ''
+        self._executor = make_executor()
+        self._executor.add_node(node)
+        self._stamp = self._first_stamp = first_stamp
+        self.sent: dict[int, float] = {}  # when [s] a target went out, by stamp [ns]
+        self.solutions: dict[int, JointState] = {}
+        self.arrived: dict[int, float] = {}  # when its solution came
+        self.results: list[int] = []  # stamps in the order in which results came
+        self.outcomes: dict[int, str] = {}
+        self.targets = self.publisher(interface.TARGET_POSE)
+        self.joint_states = self.publisher(interface.JOINT_STATES)
+        self._subscribe(interface.SOLUTION, self._on_solution)
+        self._subscribe(interface.RESULT, self._on_result)
+        name = f'{self._prefix}/{interface.NODE_NAME}'
+        self._one_by_one = node.create_client(SetParameters, f'{name}/set_parameters')
+        self._atomically = node.create_client(SetParametersAtomically, f'{name}/set_parameters_atomically')
+
+    def publisher(self, topic: Topic) -> Any:
+        """Make a publisher of a topic that the node takes."""
+        return self.node.create_publisher(topic.type, self.name_of(topic), topic.qos)
+
+    def name_of(self, topic: Topic) -> str:
+        """Return the full name of a topic of the node."""
+        return f'{self._prefix}/{topic.name.replace("~", interface.NODE_NAME)}'
+
+    def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
+        self.node.create_subscription(topic.type, self.name_of(topic), callback, topic.qos)
+
+    def _on_solution(self, message: JointState) -> None:
+        stamp = _nanoseconds(message)
+        if stamp in self.sent:
+            self.solutions[stamp], self.arrived[stamp] = message, time.monotonic()
+
+    def _on_result(self, message: DiagnosticArray) -> None:
+        stamp = _nanoseconds(message)
+        if stamp in self.sent:
+            self.results.append(stamp)
+            self.outcomes[stamp] = message.status[0].name.rpartition(': ')[2]
+
+    def forget(self) -> None:
+        """Begin a new stretch: forget what was sent and what came."""
+        for notes in (self.sent, self.solutions, self.arrived, self.results, self.outcomes):
+            notes.clear()
+
+    def send(self, pose: PoseStamped) -> int:
+        """Send a target under the next stamp; return the stamp [ns]."""
+        self._stamp += 1
+        pose.header.stamp.sec, pose.header.stamp.nanosec = divmod(self._stamp, SECOND)
+        self.sent[self._stamp] = time.monotonic()
+        self.targets.publish(pose)
+        return self._stamp
+
+    def send_joints(self, q: np.ndarray) -> None:
+        """Send a joint state of the arm (n,)."""
+        self.joint_states.publish(JointState(name=list(self.arm.joint_names), position=[float(v) for v in q]))
+
+    def spin(self, seconds: float) -> None:
+        """Take what comes in for so long."""
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def wait(self, condition: Callable[[], object], timeout: float = TIMEOUT) -> bool:
+        """Take what comes in until the condition holds; return whether it does."""
+        end = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > end:
+                return False
+            self._executor.spin_once(timeout_sec=0.01)
+        return True
+
+    def fault(self, q: np.ndarray, timeout: float = TIMEOUT) -> str:
+        """Send the joints and the pose of q (n,) until it is solved; say what is wrong with the answer."""
+        pose, end = self.pose(q), time.monotonic() + timeout
+        while time.monotonic() < end:
+            self.send_joints(q)
+            stamp = self.send(pose)
+            if self.wait(lambda stamp=stamp: stamp in self.solutions, 0.5):
+                return self.wrongness(stamp, q)
+        return f'no solution of a good target for {timeout:g} s; outcomes {set(self.outcomes.values()) or "none"}'
+
+    def pose(self, q: np.ndarray) -> PoseStamped:
+        """Return the tip's pose at q (n,) as a target."""
+        return pose_message(self.arm.forward(q))
+
+    def wrongness(self, stamp: int, q: np.ndarray) -> str:
+        """Say how a solution misses the pose of q (n,), judged by Pinocchio; empty where it is right."""
+        message = self.solutions[stamp]
+        if tuple(message.name) != self.arm.joint_names:
+            return f'a solution for the joints {message.name}'
+        solved = self._judge.solved(self._judge.forward(q[None]), np.array([message.position]), TOLERANCE)
+        return '' if solved[0] else f'a wrong solution {list(message.position)}'
+
+    def stale(self) -> int:
+        """Return how many results came after one of a newer target."""
+        return int(np.sum(np.diff(self.results) <= 0)) if len(self.results) > 1 else 0
+
+    def latencies(self) -> np.ndarray:
+        """Return the times from sending a target to its solution [s]."""
+        return np.array([arrived - self.sent[stamp] for stamp, arrived in self.arrived.items()])
+
+    def set_parameters(self, changes: Sequence[ParameterMessage], atomically: bool = True) -> list[Any] | None:
+        """Set parameters and return the results; None where no answer came in time."""
+        client, kind = (
+            (self._atomically, SetParametersAtomically) if atomically else (self._one_by_one, SetParameters)
+        )
+        end = time.monotonic() + TIMEOUT
+        if not self.wait(client.service_is_ready):
+            return None
+        future = client.call_async(kind.Request(parameters=list(changes)))
+        if not self.wait(future.done, end - time.monotonic()):
+            return None
+        response = future.result()
+        return [response.result] if atomically else response.results
+
+    def send_unanswered(self, changes: Sequence[ParameterMessage]) -> None:
+        """Call the parameter service once for each change, and wait for nothing."""
+        for change in changes:
+            self._one_by_one.call_async(SetParameters.Request(parameters=[change]))
+            self.spin(0.001)
+
+    def set_defaults(self) -> str:
+        """Set every parameter to its default; say what is wrong with that."""
+        plain = [(name, list(value) if isinstance(value, tuple) else value) for name, value in DEFAULTS.items()]
+        results = self.set_parameters([Parameter(name, value=value).to_parameter_msg() for name, value in plain])
+        if results is None:
+            return 'no answer of the parameter service'
+        return '' if results[0].successful else f'defaults refused: {results[0].reason}'
+
+
+def _nanoseconds(message: Any) -> int:
+    return message.header.stamp.sec * SECOND + message.header.stamp.nanosec
+
+
+@contextlib.contextmanager
+def connected(arm: Arm, namespace: str = '') -> Iterator[Peer]:
+    """Make a peer in this process that the running node answers."""
+    with ros_node('torture') as node:
+        peer = Peer(node, arm, namespace)
+        if fault := peer.fault(arm.home, 60.0):
+            raise RuntimeError(fault)
+        yield peer

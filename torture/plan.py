@@ -1,0 +1,70 @@
+"""What a section is asked to do, and what it finds."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+from tqdm import tqdm
+
+Item = TypeVar('Item')
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The size of a run. `seed` makes what is random; a section takes `count` or `minutes`, or its own default."""
+
+    seed: int = 2026
+    count: int | None = None
+    minutes: float | None = None
+
+    def seconds(self, default: float) -> float:
+        """Return how long a stretch of time is, `default` [s] unless the user said otherwise."""
+        return default if self.minutes is None else 60.0 * self.minutes
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the summary: what was tried, the figure that came out, and the fault, empty where it is right."""
+
+    what: str
+    figure: str
+    fault: str = ''
+
+    @property
+    def verdict(self) -> str:
+        """The last column of the summary."""
+        if self.fault.startswith('skipped'):
+            return self.fault
+        return f'WRONG: {self.fault}' if self.fault else 'right'
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the exit code has to say so; what this machine cannot try is no fault."""
+        return bool(self.fault) and not self.fault.startswith('skipped')
+
+
+def skipped(what: str, reason: str) -> Check:
+    """Return the line of something that this machine does not allow."""
+    return Check(what, '', f'skipped: {reason}')
+
+
+def unless(holds: bool, fault: str) -> str:
+    """Return the fault, or nothing where what should hold does."""
+    return '' if holds else fault
+
+
+def progress(items: Iterable[Item], text: str, total: int | None = None) -> Iterator[Item]:
+    """Go through items with a progress bar that is gone afterwards."""
+    return iter(tqdm(items, desc=text, total=total, leave=False))
+
+
+def ticking(seconds: float, text: str) -> Iterator[float]:
+    """Yield the time [s] since the begin until it is over, with a progress bar; the caller does the waiting."""
+    began = time.monotonic()
+    with tqdm(total=round(seconds), desc=text, unit='s', leave=False) as bar:
+        while (elapsed := time.monotonic() - began) < seconds:
+            bar.update(int(elapsed) - bar.n)
+            yield elapsed

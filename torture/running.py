@@ -1,0 +1,112 @@
+"""The node under test as a process: started with any environment, watched through /proc, killed if wanted."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.process import ROOT
+
+START_TIMEOUT = 300.0  # s; two first starts at once compile on every core
+STOP_TIMEOUT = 20.0  # s
+PAGE = os.sysconf('SC_PAGE_SIZE')
+COMMAND = (sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args')
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What a process holds at one moment."""
+
+    memory: float  # MB resident
+    files: int
+    threads: int
+
+
+class RunningNode:
+    """An IK node in a process of its own; what it says goes to a log file."""
+
+    def __init__(self, log: Path, words: Sequence[str] = (), before: Sequence[str] = (), **environment: str) -> None:
+        self.log = log
+        self._environment = {**os.environ, 'PYTHONPATH': str(ROOT), **environment}
+        self._command = [*before, *COMMAND, *words]
+        self.start()
+
+    def start(self) -> None:
+        """Start the process, anew after a kill; the log begins again."""
+        with self.log.open('wb') as output:
+            self.process = subprocess.Popen(
+                self._command, env=self._environment, cwd=ROOT, stdout=output, stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )  # fmt: skip
+
+    def wait_until_ready(self) -> float:
+        """Wait until the node says that it is ready; return the seconds that took. Raises RuntimeError."""
+        began = time.monotonic()
+        while 'ready: ' not in self.said():
+            if not self.alive or time.monotonic() > began + START_TIMEOUT:
+                raise RuntimeError(f'the node did not start: {self.said()[-2000:]}')
+            time.sleep(0.05)
+        return time.monotonic() - began
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process runs."""
+        return self.process.poll() is None
+
+    def said(self) -> str:
+        """Return the log so far."""
+        return self.log.read_text(errors='replace')
+
+    def usage(self) -> Usage:
+        """Read what the process holds from /proc."""
+        proc = Path(f'/proc/{self._pid()}')
+        pages = int((proc / 'statm').read_text().split()[1])
+        return Usage(pages * PAGE / 2**20, len(os.listdir(proc / 'fd')), len(os.listdir(proc / 'task')))
+
+    def _pid(self) -> int:
+        """Return the process of Python itself, which may be the child of what it was started by."""
+        children = Path(f'/proc/{self.process.pid}/task/{self.process.pid}/children').read_text().split()
+        return int(children[0]) if self._command[0] != sys.executable and children else self.process.pid
+
+    def kill(self) -> None:
+        """End the process as a crash would."""
+        os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def stop(self) -> int:
+        """End the process as Ctrl-C would; return its exit code, that of a kill where it hangs."""
+        if self.alive:
+            os.killpg(self.process.pid, signal.SIGINT)
+        try:
+            return self.process.wait(STOP_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            return self.process.wait()
+
+    def fault(self) -> str:
+        """Say what went wrong with the process, empty where nothing did."""
+        if not self.alive:
+            return f'the node ended with {self.process.returncode}: {self.said()[-500:]}'
+        return f'in the log: {self.said()[-500:]}' if 'Traceback' in self.said() else ''
+
+
+@contextlib.contextmanager
+def running_node(*words: str, **environment: str) -> Iterator[RunningNode]:
+    """Run a node that is ready, and stop it in the end; it must end by itself, with 0."""
+    with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
+        node = RunningNode(Path(folder, 'log'), words, **environment)
+        try:
+            node.wait_until_ready()
+            yield node
+        finally:
+            code = node.stop()
+        if code:
+            raise RuntimeError(f'the node ended with {code}: {node.said()[-2000:]}')
