@@ -59,7 +59,8 @@ class Peer:
 
     def name_of(self, topic: Topic) -> str:
         """Return the full name of a topic of the node."""
-        return f'{self._prefix}/{topic.name.replace("~", interface.NODE_NAME)}'
+        name = topic.name.replace('~', interface.NODE_NAME)
+        return name if name.startswith('/') else f'{self._prefix}/{name}'
 
     def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
         self.node.create_subscription(topic.type, self.name_of(topic), callback, topic.qos)
@@ -97,6 +98,10 @@ class Peer:
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
+
+    def spin_once(self) -> None:
+        """Take one thing that is there already, if any."""
+        self._executor.spin_once(timeout_sec=0.0)
 
     def wait(self, condition: Callable[[], object], timeout: float = TIMEOUT) -> bool:
         """Take what comes in until the condition holds; return whether it does."""

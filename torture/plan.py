@@ -10,6 +10,7 @@ from typing import TypeVar
 from tqdm import tqdm
 
 Item = TypeVar('Item')
+LONGEST = 500  # characters of a fault in the summary
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Check:
         """The last column of the summary."""
         if self.fault.startswith('skipped'):
             return self.fault
-        return f'WRONG: {self.fault}' if self.fault else 'right'
+        return f'WRONG: {self.fault[:LONGEST]!r}' if self.fault else 'right'
 
     @property
     def wrong(self) -> bool:

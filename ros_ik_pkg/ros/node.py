@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from ros_ik_pkg.ik import Arm, IkError, warm_up
 from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer
+from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer, shorten
 from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
 from ros_ik_pkg.ros.comparison import Comparison
 from ros_ik_pkg.ros.frames import Frames
@@ -108,7 +108,7 @@ class IkNode(Node):
             self._take_over(settings, self._arm_for(settings, arm_changes=True))
         except IkError as error:
             kept = f'keeping {self._answering.arm.name}' if self._answering.arm else 'still without a robot'
-            self.get_logger().error(f'{error}; {kept}', throttle_duration_sec=LOG_PERIOD)
+            self.get_logger().error(f'{shorten(str(error), 1000)}; {kept}', throttle_duration_sec=LOG_PERIOD)
 
     def destroy_node(self) -> None:
         """End the threads, then the node."""
