@@ -95,10 +95,10 @@ def test_joint_states_that_stopped_or_never_came_are_a_warning_with_their_age():
 
 
 def test_targets_that_stopped_are_a_warning_where_it_is_wanted():
-    health, status = health_after((SOLVED, 'converged'), limits=replace(NEVER, target_timeout=5.0))
+    health, status = health_after((SOLVED, 'converged'), limits=replace(NEVER, target_silence=5.0))
     assert status.level == OK and float(figures(status)['target_age']) < 5.0
     health.last_target -= 6.0
-    silent = health.report(replace(NEVER, target_timeout=5.0), 1.0)
+    silent = health.report(replace(NEVER, target_silence=5.0), 1.0)
     assert silent.level == WARN and silent.message.startswith('no target for 6.')
     assert health.report(NEVER, 1.0).level == OK
 
@@ -122,12 +122,12 @@ def test_a_running_node_says_that_joint_states_stopped_and_takes_new_limits(tmp_
     def warns(text: str) -> bool:
         return any(status.level == WARN and text in status.message for status in client.health)
 
-    timeout = 'diagnostics.joint_states_timeout'
-    with connected(Client, tmp_path / 'log', '-p', f'{timeout}:=0.5') as client:
+    silence = 'diagnostics.joint_states_silence'
+    with connected(Client, tmp_path / 'log', '-p', f'{silence}:=0.5') as client:
         client.wait_for(lambda: warns('no joint states of every joint yet'), 'a warning before the first joint state')
         home = joint_state(arm.joint_names, arm.home)
         client.settle(pose_of(arm.forward(arm.home)), lambda reply: reply.solved, home)
         client.wait_for(lambda: warns('no joint states for '), 'a warning after the last joint state')
-        client.set_parameters({'seed_source': 'home', 'diagnostics.target_timeout': 0.1})
+        client.set_parameters({'seed_source': 'home', 'diagnostics.target_silence': 0.1})
         client.wait_for(lambda: warns('no target for '), 'a warning after the last target')
         assert 'warn_failed_ratio' in client.refusal_of(**{'diagnostics.warn_failed_ratio': 1.1})

@@ -16,7 +16,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros import interface
-from ros_ik_pkg.tools.client import ros_node
+from ros_ik_pkg.tools.processes import ros_node
 from torture.peer import SECOND, TIMEOUT, Peer, connected
 from torture.plan import Check, Plan, progress, ticking, unless
 from torture.running import RunningNode, running_node
@@ -49,7 +49,8 @@ def at_rate(rate: float, plan: Plan, node: RunningNode, peer: Peer) -> Iterator[
     for _ in ticking(plan.seconds(SECONDS), f'{rate:g} Hz'):
         stream.go(rate, 0.5)
     what = f'targets at {rate:g} Hz'
-    yield Check(what, stream.figure(), stream.fault() or node.fault())
+    fault = stream.fault_at_end() or node.fault()
+    yield Check(what, stream.figure(), fault)
     p99 = float(np.percentile(peer.latencies(), 99))
     yield Check(f'{what}: latency p99', f'{1e3 * p99:.1f} ms', unless(p99 < MOST_LATENCY, 'too late'))
     growth = node.usage().memory - before.memory
@@ -62,7 +63,8 @@ def burst(count: int, node: RunningNode, peer: Peer) -> Iterator[Check]:
     stream = Stream(peer, 0)
     for _ in progress(range(count), 'burst'):
         stream.send()
-    yield Check(f'{count} targets at once', stream.figure(), stream.fault() or node.fault())
+    fault = stream.fault_at_end() or node.fault()
+    yield Check(f'{count} targets at once', stream.figure(), fault)
     growth = node.usage().memory - before.memory
     yield Check('memory growth by the burst', f'{growth:.2f} MB', unless(growth < GROWTH, 'it grows'))
 
@@ -76,7 +78,8 @@ def two_clients(plan: Plan, node: RunningNode, peer: Peer) -> Iterator[Check]:
         for stream in streams:
             stream.go(200.0, 0.25)
     for name, stream in zip(('first', 'second'), streams):
-        yield Check(f'two clients: the {name}', stream.figure(), stream.fault() or node.fault())
+        fault = stream.fault_at_end() or node.fault()
+        yield Check(f'two clients: the {name}', stream.figure(), fault)
     other.node.destroy_node()
 
 
@@ -92,7 +95,8 @@ def slow_subscribers(plan: Plan, node: RunningNode, peer: Peer) -> Iterator[Chec
     stream = Stream(peer, plan.seed)
     for _ in ticking(plan.seconds(SECONDS), 'slow subscribers'):
         stream.go(100.0, 0.5)
-    yield Check('subscribers that never read', stream.figure(), stream.fault() or node.fault())
+    fault = stream.fault_at_end() or node.fault()
+    yield Check('subscribers that never read', stream.figure(), fault)
     idle.destroy_node()
     context.shutdown()
     growth = node.usage().memory - before.memory

@@ -22,7 +22,7 @@ from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.interface import Topic
 from ros_ik_pkg.ros.parameters import PARAMETERS
 from ros_ik_pkg.ros.process import make_executor
-from ros_ik_pkg.tools.client import ros_node
+from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
 
 TIMEOUT = 20.0  # s without an answer: a hang

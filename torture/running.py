@@ -67,14 +67,9 @@ class RunningNode:
 
     def usage(self) -> Usage:
         """Read what the process holds from /proc."""
-        proc = Path(f'/proc/{self._pid()}')
+        proc = Path(f'/proc/{self.process.pid}')  # also behind `unshare` and `ip netns exec`, which become the node
         pages = int((proc / 'statm').read_text().split()[1])
         return Usage(pages * PAGE / 2**20, len(os.listdir(proc / 'fd')), len(os.listdir(proc / 'task')))
-
-    def _pid(self) -> int:
-        """Return the process of Python itself, which may be the child of what it was started by."""
-        children = Path(f'/proc/{self.process.pid}/task/{self.process.pid}/children').read_text().split()
-        return int(children[0]) if self._command[0] != sys.executable and children else self.process.pid
 
     def kill(self) -> None:
         """End the process as a crash would."""

@@ -26,8 +26,8 @@ class Limits:
     error_failed_ratio: float
     warn_latency: float  # s, 99th percentile
     error_latency: float
-    joint_states_timeout: float  # s
-    target_timeout: float  # s
+    joint_states_silence: float  # s
+    target_silence: float  # s
 
 
 @dataclass
@@ -121,8 +121,8 @@ def _inputs(
         yield WARN, waiting
     if joint_states_age is not None:
         since = f'for {joint_states_age:.1f} s' if math.isfinite(joint_states_age) else 'of every joint yet'
-        yield _level(joint_states_age, limits.joint_states_timeout), f'no joint states {since}'
-    yield _level(target_age, limits.target_timeout), f'no target for {target_age:.1f} s'
+        yield _level(joint_states_age, limits.joint_states_silence), f'no joint states {since}'
+    yield _level(target_age, limits.target_silence), f'no target for {target_age:.1f} s'
 
 
 def _level(value: float, warn: float, error: float = 0.0) -> bytes:

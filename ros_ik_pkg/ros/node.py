@@ -13,6 +13,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from ros_ik_pkg.ik import Arm, IkError, warm_up
+from ros_ik_pkg.ik.compiled import CACHE_FOLDER
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer, shorten
 from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
@@ -45,6 +46,9 @@ class IkNode(Node):
         Parameters(self, self._arm_for, self._take_over)
         for text in warnings_about_unknown(self):
             self.get_logger().warning(text)
+        if CACHE_FOLDER is None:
+            self.get_logger().warning('compiled code stays in memory, every start compiles: nothing can be written to '
+                                      'NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')  # fmt: skip
         warm_up(report=self.get_logger().info)
         self._outputs = Outputs(self)
         self._comparison = Comparison(self, self._outputs.trace)

@@ -88,9 +88,9 @@ HEALTH_OPTIONS = (
     _health_limit('error_failed_ratio', 0.0, 'ERROR from this share of failed or refused targets on', maximum=1.0),
     _health_limit('warn_latency', 0.0, 'WARN from this 99th percentile of the latency on', 's'),
     _health_limit('error_latency', 0.0, 'ERROR from this 99th percentile of the latency on', 's'),
-    _health_limit('joint_states_timeout', 2.0, 'WARN where a joint was not heard of for so long, while seeds are '
+    _health_limit('joint_states_silence', 2.0, 'WARN where a joint was not heard of for so long, while seeds are '
                   'joint states', 's'),
-    _health_limit('target_timeout', 0.0, 'WARN where no target came for so long', 's'),
+    _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
 NODE_OPTIONS = (*ARM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
 PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *HEALTH_OPTIONS)}

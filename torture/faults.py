@@ -1,0 +1,198 @@
+"""What goes wrong around a node: it is killed and started again, the joint states stop, simulated time stands still and
+jumps back, disks are full, the installation is read-only, two first starts share one cache, locale, time zone and hash
+seed differ. Mounts are made in a mount namespace of the node's own (root; `unshare`) and are gone with it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rosgraph_msgs.msg import Clock
+
+from bench.process import ROOT
+from ros_ik_pkg.ik import Arm, load_arm
+from ros_ik_pkg.ros import IkClient, interface
+from ros_ik_pkg.tools.processes import ros_node
+from torture.peer import TIMEOUT, Peer, connected
+from torture.plan import Check, Plan, progress, skipped, unless
+from torture.running import RunningNode, running_node
+
+BACK_WITHIN = 5.0  # s from the start of the new process to the first answer
+KILLS = 5
+SILENCE = 0.5  # s
+CLOCK = (100.0, 100.1, 100.1, 100.1, 50.0, 50.1, 0.0, 1e9)  # s: it runs, stands, jumps back, stands at zero, leaps
+# Mounts a small disk at $0, fills it but for $1 kB, and becomes the node.
+SMALL_DISK = (
+    'mount -t tmpfs -o size=1m tmpfs "$0" || exit 9\n'
+    'head -c "$((1024 - $1))k" /dev/zero > "$0/full" 2>/dev/null\n'
+    'shift; exec "$@"'
+)
+READ_ONLY = 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec "$@"'
+HABITATS = (
+    {'LC_ALL': 'C'},
+    {'LC_ALL': 'C.UTF-8', 'TZ': 'Pacific/Kiritimati'},
+    {'LC_ALL': 'de_DE.UTF-8', 'PYTHONHASHSEED': '0'},
+    {'LC_ALL': 'tr_TR.UTF-8', 'PYTHONHASHSEED': '4294967295', 'TZ': ''},
+    {'PYTHONHASHSEED': '1', 'TZ': 'America/St_Johns', 'PYTHONUTF8': '0'},
+)
+
+
+def run(plan: Plan) -> Iterator[Check]:
+    """Try each fault once, the kill several times."""
+    arm = load_arm('puma560')
+    yield from killed(arm, plan.count or KILLS)
+    yield from silent_joint_states(arm)
+    yield clock_jumps(arm)
+    yield from habitats(arm)
+    yield from disks(arm)
+    yield from first_starts(arm)
+
+
+def killed(arm: Arm, count: int) -> Iterator[Check]:
+    """Kill the node while a client asks; the same client is answered by the next node."""
+    times = []
+    with running_node('-p', 'seed_source:=home') as node, ros_node('torture') as own:
+        client = IkClient(own)
+        pose = Peer(rclpy.create_node('poses'), arm).pose(arm.home + 0.1)
+        fault = unless(client.solve(pose, TIMEOUT).solved, 'not solved before the kill')
+        for _ in progress(range(count), 'kill -9'):
+            node.kill()
+            began = time.monotonic()
+            node.start()
+            fault = fault or unless(client.solve(pose, TIMEOUT).solved, 'not solved after the kill')
+            times.append(time.monotonic() - began)
+        node.wait_until_ready()
+    late = unless(max(times) < BACK_WITHIN, f'more than {BACK_WITHIN:g} s')
+    yield Check(f'kill -9 and start, {count} times: back within', f'{max(times):.1f} s', fault or late)
+
+
+def silent_joint_states(arm: Arm) -> Iterator[Check]:
+    """Stop the joint states, and start them again from another publisher."""
+    levels: list[DiagnosticStatus] = []
+    with running_node('-p', f'diagnostics.joint_states_silence:={SILENCE}') as node, connected(arm) as peer:
+        topic = interface.DIAGNOSTICS
+        peer.node.create_subscription(DiagnosticArray, topic.name, lambda m: levels.append(m.status[0]), topic.qos)
+        told = peer.wait(lambda: any('no joint states for' in level.message for level in levels))
+        yield Check('joint states stop', 'WARN in /diagnostics', unless(told, 'no word of it') or node.fault())
+        stamp = peer.send(peer.pose(arm.home))
+        fault = unless(peer.wait(lambda: stamp in peer.solutions), 'the last ones no longer count')
+        yield Check('a target meanwhile', 'solved from the last ones', fault)
+        peer.node.destroy_publisher(peer.joint_states)
+        peer.joint_states = peer.publisher(interface.JOINT_STATES)
+        fault = peer.fault(arm.home + 0.1)
+        levels.clear()
+        well = peer.wait(lambda: peer.send_joints(arm.home) or any(level.level == b'\0' for level in levels))
+        yield Check('they return', 'OK in /diagnostics', fault or unless(well, 'still a warning'))
+
+
+def clock_jumps(arm: Arm) -> Check:
+    """Answer targets with simulated time, whatever it does."""
+    with running_node('-p', 'use_sim_time:=true') as node, connected(arm) as peer:
+        publisher, faults = peer.node.create_publisher(Clock, '/clock', 10), []
+        for moment in CLOCK:
+            message = Clock()
+            message.clock.sec, message.clock.nanosec = int(moment), int(moment % 1.0 * 1e9)
+            publisher.publish(message)
+            faults.append(peer.fault(arm.home + 0.1))
+        return Check('/clock stands still and jumps back', f'{len(CLOCK)} times', ''.join(faults) or node.fault())
+
+
+def habitats(arm: Arm) -> Iterator[Check]:
+    """Start in other locales, time zones and hash seeds; the answer must be the same to the last bit."""
+    answers = [answer_in(arm, **habitat) for habitat in progress(({}, *HABITATS), 'locales')]
+    for habitat, answer in zip(HABITATS, answers[1:]):
+        what = ' '.join(f'{name}={value}' for name, value in habitat.items())
+        yield Check(what, 'the same bits', unless(answer == answers[0], f'{answer} instead of {answers[0]}'))
+
+
+def answer_in(arm: Arm, **environment: str) -> list[float] | str:
+    """Return the joints that a node in this environment finds, or what is wrong."""
+    with running_node(**environment) as node, connected(arm) as peer:
+        fault = peer.fault(arm.home + 0.3) or node.fault()
+        return fault or list(peer.solutions[max(peer.solutions)].position)
+
+
+def disks(arm: Arm) -> Iterator[Check]:
+    """Start on full disks and on a read-only installation."""
+    names = ('log disk full', 'installation read-only')
+    if reason := no_mounts():
+        yield from (skipped(name, reason) for name in names)
+        return
+    with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
+        yield Check(names[0], 'solved', started(arm, (SMALL_DISK, folder, '0'), ROS_LOG_DIR=folder))
+    yield Check(names[1], 'solved', started(arm, (READ_ONLY, str(ROOT))))
+
+
+def first_starts(arm: Arm) -> Iterator[Check]:
+    """Compile with a cache disk that is full or too small, and twice at once into one cache; minutes of CPU."""
+    for room, name in ((0, 'cache disk full'), (400, 'cache disk full while compiling')):
+        if reason := no_mounts():
+            yield skipped(name, reason)
+            continue
+        with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
+            said: list[str] = []
+            fault = started(arm, (SMALL_DISK, folder, str(room)), said.append, NUMBA_CACHE_DIR=folder)
+            yield Check(name, 'solved, compiled in memory', fault or unless('memory' in said[0], 'does not say so'))
+    with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as cache:
+        yield two_at_once(arm, cache)
+
+
+def two_at_once(arm: Arm, cache: str) -> Check:
+    """Start two nodes with one empty cache, and a third one with what they left."""
+    with contextlib.ExitStack() as stack:
+        nodes = [stack.enter_context(unready_node(f'arm{k}', cache)) for k in range(2)]
+        seconds = max([node.wait_until_ready() for node in nodes])
+        fault = ''.join(answer(arm, f'arm{k}') for k in range(2)) or ''.join(node.fault() for node in nodes)
+        third = stack.enter_context(unready_node('arm2', cache))
+        again = third.wait_until_ready()
+        fault = fault or answer(arm, 'arm2')
+    slow = unless(again < seconds / 2, 'the third one compiled again')
+    return Check('two first starts, one cache', f'{seconds:.0f} s, a third one {again:.1f} s', fault or slow)
+
+
+def answer(arm: Arm, namespace: str) -> str:
+    """Say what is wrong with an answer in a namespace."""
+    with ros_node('torture') as own:
+        return Peer(own, arm, namespace).fault(arm.home + 0.1)
+
+
+@contextlib.contextmanager
+def unready_node(namespace: str, cache: str) -> Iterator[RunningNode]:
+    """Start a node with a cache of its own, and stop it in the end."""
+    with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
+        node = RunningNode(Path(folder, 'log'), ('-r', f'__ns:=/{namespace}'), NUMBA_CACHE_DIR=cache)
+        try:
+            yield node
+        finally:
+            node.stop()
+
+
+def started(arm: Arm, mount: tuple[str, ...], say: Callable[[str], object] = str, **environment: str) -> str:
+    """Start a node behind a mount of its own and ask it; say what went wrong, and tell `say` its log."""
+    with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
+        before = ('unshare', '--mount', 'sh', '-c', *mount)
+        node = RunningNode(Path(folder, 'log'), before=before, **environment)
+        try:
+            node.wait_until_ready()
+            fault = answer(arm, '') or node.fault()
+        except RuntimeError as error:
+            fault = str(error)
+        finally:
+            node.stop()
+        say(node.said())
+        return fault
+
+
+def no_mounts() -> str:
+    """Say why this process cannot mount, empty where it can."""
+    if os.geteuid() != 0:
+        return 'mounts need root'
+    return '' if shutil.which('unshare') else 'there is no unshare'
