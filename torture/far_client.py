@@ -7,6 +7,9 @@ from __future__ import annotations
 import json
 import sys
 import threading
+from typing import Any
+
+import numpy as np
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.tools.processes import ros_node
@@ -15,32 +18,49 @@ from torture.peer import Peer
 RATE = 50.0  # Hz
 TELL = 5  # targets between two lines
 SPREAD = 0.3  # rad
+WAYPOINTS = 100
 
 
 def main() -> None:
     """Stream until the other side closes our input."""
     over = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.read(), over.set()), daemon=True).start()
-    arm = load_arm('puma560')
     with ros_node('far_client') as node:
-        peer, sent, waypoints = Peer(node, arm), 0, {}
+        client = FarClient(Peer(node, load_arm('puma560')))
         while not over.is_set():
-            q = arm.home + SPREAD * (sent % 100) / 100
-            waypoints[peer.send(peer.pose(q))] = q, sent
-            sent += 1
-            peer.spin(1.0 / RATE)
-            if sent % TELL == 0:
-                print(json.dumps({'sent': sent, **told(peer, waypoints)}), flush=True)
+            client.send()
+            if len(client.sent) % TELL == 0:
+                print(json.dumps(client.news()), flush=True)
 
 
-def told(peer: Peer, waypoints: dict) -> dict:
-    """Judge what came since the last line, and forget it but for the newest."""
-    solved = [stamp for stamp in peer.solutions if stamp in waypoints]
-    wrong = sum(bool(peer.wrongness(stamp, waypoints[stamp][0])) for stamp in solved)
-    newest = max((waypoints[stamp][1] for stamp in solved), default=-1)
-    latencies = [round(float(latency), 4) for latency in peer.latencies()]
-    told.wrong = getattr(told, 'wrong', 0) + wrong
-    return {'answered': newest, 'wrong': told.wrong, 'latencies': latencies}
+class FarClient:
+    """Sends numbered targets, and judges what comes back."""
+
+    def __init__(self, peer: Peer) -> None:
+        self._peer = peer
+        self.sent: dict[int, int] = {}  # number of a target by its stamp
+        self._answered, self._wrong = -1, 0
+
+    def send(self) -> None:
+        """Send the next target, and take what comes until it is time for another."""
+        number = len(self.sent)
+        self.sent[self._peer.send(self._peer.pose(self._joints(number)))] = number
+        self._peer.spin(1.0 / RATE)
+
+    def _joints(self, number: int) -> np.ndarray:
+        return self._peer.arm.home + SPREAD * (number % WAYPOINTS) / WAYPOINTS
+
+    def news(self) -> dict[str, Any]:
+        """Judge what came since the last time: right, and newer than all before it."""
+        latencies = [round(float(latency), 4) for latency in self._peer.latencies()]
+        for stamp in self._peer.solutions:
+            number = self.sent[stamp]
+            fault = self._peer.wrongness(stamp, self._joints(number))
+            self._wrong += bool(fault) or number <= self._answered
+            self._answered = max(self._answered, number)
+        self._peer.solutions.clear()
+        self._peer.arrived.clear()
+        return {'sent': len(self.sent), 'answered': self._answered, 'wrong': self._wrong, 'latencies': latencies}
 
 
 if __name__ == '__main__':
