@@ -19,6 +19,8 @@ from ros_ik_pkg.panel.node_link import NodeLink
 from ros_ik_pkg.panel.presets import PRESETS, notes
 from ros_ik_pkg.panel.readings import Readings
 from ros_ik_pkg.panel.scene import Scene
+from ros_ik_pkg.ros.answer import shorten
+from ros_ik_pkg.ros.robot_source import urdf_text
 
 PATIENCE = 1.0  # s for an answer; then the target is sent again
 SERVICE_PATIENCE = 3.0  # s for an answer of a parameter service
@@ -151,16 +153,19 @@ class Panel:
     # What the user can do: see controls.Actions.
 
     def choose_robot(self, name: str) -> None:
-        """Switch to a robot of config/robots."""
-        self._switch(name, {'robot': name, 'robot_description': ''})
+        """Switch to a robot of config/robots; a page may send any text, a path too."""
+        if name in ROBOTS:
+            self._switch(name, {'robot': name, 'robot_description': ''})
+        else:
+            self._readings.show_problem(f'no robot {shorten(name, 60)!r}; expected one of {", ".join(ROBOTS)}')
 
     def upload_urdf(self, text: str) -> None:
-        """Switch to the robot of a URDF."""
+        """Switch to the robot of a URDF; anything else is refused, so that no text opens files."""
         self._switch(text, {'robot': '', 'robot_description': text})
 
     def _switch(self, source: str, parameters: dict[str, str]) -> None:
         try:
-            arm = load_arm(source)
+            arm = load_arm(source if parameters['robot'] else urdf_text(source, 'the file'))
         except IkError as error:
             self._readings.show_problem(str(error))
             return

@@ -14,6 +14,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from ros_ik_pkg.panel.exposure import stay_private, warning_about
 from ros_ik_pkg.panel.panel import Panel
 from ros_ik_pkg.ros.interface import NODE_NAME
 from ros_ik_pkg.ros.stop_flag import StopFlag
@@ -47,8 +48,11 @@ def main(args: list[str] | None = None) -> int:
 
 def serve(given: argparse.Namespace, flag: StopFlag) -> None:
     """Serve the page until the flag is set."""
+    if warning := warning_about(given.host):
+        print(warning, file=sys.stderr, flush=True)
     with contextlib.redirect_stdout(io.StringIO()):  # viser's own banner
         server = viser.ViserServer(host=given.host, port=given.port, label='ros_ik_pkg', verbose=False)
+    stay_private(server)
     server.gui.configure_theme(show_logo=False, show_share_button=False)
     node = rclpy.create_node('panel')
     panel = Panel(server, node, given.node)

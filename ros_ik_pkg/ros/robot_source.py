@@ -17,9 +17,9 @@ class RobotSource:
         """Return the arm, or None while the topic is awaited; raise ModelError that names the parameters."""
         source = settings.robot or self.topic_text
         if settings.robot_description:
-            source = _urdf(settings.robot_description, 'parameter robot_description')
+            source = urdf_text(settings.robot_description, 'parameter robot_description')
         elif not settings.robot:
-            source = _urdf(self.topic_text, 'topic robot_description') if self.topic_text else ''
+            source = urdf_text(self.topic_text, 'topic robot_description') if self.topic_text else ''
         if not source:
             return None
         try:
@@ -35,7 +35,7 @@ def follows_topic(settings: Settings) -> bool:
     return not settings.robot and not settings.robot_description
 
 
-def _urdf(text: str, origin: str) -> str:
+def urdf_text(text: str, origin: str) -> str:
     """Return URDF text as it is; refuse a name or path, so that no text from outside opens files."""
     if not text.lstrip('\ufeff \t\r\n').startswith('<'):
         raise ModelError(f'{origin} is {shorten(text, 60)!r}; expected URDF text, which starts with <')
