@@ -25,7 +25,8 @@ WHOLE = (0, 1, -1, 2, 77, 2**31, -(2**31), 2**62, 2**63 - 1, -(2**63))
 TEXTS = (
     '', ' ', '/', '//', '~', 'a/b', 'łokieć', '肩', '\u202eabc', 'a\nb\nc', 'tab\t', '%s%n', "'", '"', '\x01', 'x\0y',
 )  # fmt: skip
-LENGTHS = (0, 1, 2, 5, 6, 7, 12, 100, 1000, 10000)
+LENGTHS, LONG_LENGTHS = (0, 1, 2, 5, 6, 7, 12, 100), (1000, 10000)
+SOUND = 0.3  # share of the joint states
 LONG = 100_000  # characters
 TYPES = range(10)  # of ParameterValue, the first of which is none at all
 NO_TYPE = 77
@@ -35,6 +36,11 @@ MOST_SECONDS = 0.2  # a longer deadline is allowed, and no hang
 def any_float(random: Random) -> float:
     """Return a number, often one at an edge."""
     return random.choice(FLOATS) if random.random() < 0.5 else random.uniform(-4.0, 4.0)
+
+
+def any_length(random: Random) -> int:
+    """Return the length of an array, seldom a long one."""
+    return random.choice(LONG_LENGTHS if random.random() < 0.04 else LENGTHS)
 
 
 def any_text(random: Random, known: tuple[str, ...] = ()) -> str:
@@ -57,14 +63,16 @@ def any_pose(random: Random, good: PoseStamped, frames: tuple[str, ...]) -> Pose
 
 
 def any_joint_state(random: Random, known: tuple[str, ...]) -> JointState:
-    """Return a joint state whose arrays may have any lengths, 0 to 10000, and anything in them."""
+    """Return a joint state whose arrays may have any lengths, 0 to 10000, and anything in them; or a sound one."""
+    if random.random() < SOUND:
+        return JointState(name=list(known), position=[random.uniform(-1.0, 1.0) for _ in known])
     message = JointState()
     _set_stamp(message.header.stamp, random)
     message.header.frame_id = any_text(random)
     message.name = _names(random, known)
     for name in ('position', 'velocity', 'effort'):
         empty = name != 'position' and random.random() < 0.7
-        length = len(message.name) if random.random() < 0.7 else random.choice(LENGTHS)
+        length = len(message.name) if random.random() < 0.7 else any_length(random)
         setattr(message, name, [] if empty else _stretched([any_float(random) for _ in range(8)], length))
     return message
 
@@ -73,7 +81,7 @@ def _names(random: Random, known: tuple[str, ...]) -> list[str]:
     """Return names: those of the arm, perhaps shuffled or repeated, with others."""
     if random.random() < 0.5:
         return random.sample(known, len(known))
-    return _stretched([any_text(random, known)[:1000] for _ in range(8)], random.choice(LENGTHS))
+    return _stretched([any_text(random, known)[:1000] for _ in range(8)], any_length(random))
 
 
 def _stretched(values: list[T], length: int) -> list[T]:
@@ -118,7 +126,7 @@ def _sensible(random: Random, option: Option, arm: Arm) -> ParameterValue | None
 
 def any_value(random: Random) -> ParameterValue:
     """Return a value of any type that ROS has."""
-    length = random.choice(LENGTHS)
+    length = any_length(random)
     return ParameterValue(
         type=random.choice(TYPES),
         bool_value=random.random() < 0.5,

@@ -16,7 +16,10 @@ import hypothesis
 import rclpy
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rclpy.clock import ROSClock
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from ros_ik_pkg.ik import Arm, load_arm
@@ -24,20 +27,24 @@ from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import SOLVED, Answer
 from ros_ik_pkg.ros.answering import Answering
 from ros_ik_pkg.ros.check import fault_of
+from ros_ik_pkg.ros.frames import Frames
 from ros_ik_pkg.ros.parameters import Settings
 from ros_ik_pkg.ros.statuses import result_message
 from torture.makers import any_joint_state, any_pose, good_pose
 from torture.peer import DEFAULTS, Peer, connected
-from torture.plan import Check, Plan, progress, unless
+from torture.plan import Check, Plan, progress, ticking, unless
 from torture.running import RunningNode, running_node
 
 COUNT = 20_000
 PATIENCE = 0.5  # s of CPU time for one answer, a joint state of 10000 names included
+ENOUGH = 1000  # inputs to see every outcome
+SOURCES = 3  # joint states before a target
 EVERY = 100  # messages over DDS, then a good target
 PAUSE = 0.0005  # s between them, so that the node takes most
 WARM_UP = 0.2  # of the messages, before memory is looked at
 GROWTH = 16.0  # MB; what 64 sources of joint states with 10000 names may hold, and what malloc keeps
 LINES_A_SECOND = 10
+FLOOD_RATE, FLOOD_SECONDS = 1000.0, 5.0  # Hz, s
 TOPICS = (interface.TARGET_POSE, interface.JOINT_STATES)
 FEW = 50  # messages of an odd publisher
 ODD_QOS = {
@@ -55,20 +62,27 @@ def run(plan: Plan) -> Iterator[Check]:
     yield Check('inputs to the message layer, each answered with a reason', str(count), fault)
     with running_node() as node, connected(arm) as peer:
         yield from fuzz_node(plan.seed, count, node, peer)
-        yield from odd_publishers(node, peer)
+        yield from odd_qos(node, peer)
+        yield wrong_type(node, peer)
+        yield flood(plan.seconds(FLOOD_SECONDS), node, peer)
 
 
 def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
     """Answer what hypothesis makes up; return the smallest failure that it finds."""
-    answering = Answering()
-    answering.take_over(Settings.from_values(DEFAULTS), arm)
+    settings_without_tf = Settings.from_values({**DEFAULTS, 'tf_timeout': 0.0})
     outcomes: Counter[str] = Counter()
 
     @hypothesis.seed(seed)
-    @settings(max_examples=count, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @settings(
+        max_examples=count, deadline=None, database=None, suppress_health_check=list(HealthCheck),
+        report_multiple_bugs=False,
+    )  # fmt: skip
     @given(st.randoms())
     def answers_whatever_comes(random: Random) -> None:
-        answering.joint_states.keep(any_joint_state(random, arm.joint_names))
+        answering = Answering(ROSClock(), Frames(None))  # no node, because TF is not asked
+        answering.take_over(settings_without_tf, arm)
+        for _ in range(random.randint(1, SOURCES)):
+            answering.joint_states.keep(any_joint_state(random, arm.joint_names))
         began = time.thread_time()
         answer = answering.answer(any_pose(random, good_pose(arm), arm.frame_names), trace=False)
         assert time.thread_time() - began < PATIENCE, f'{time.thread_time() - began} s'
@@ -78,8 +92,8 @@ def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
     try:
         answers_whatever_comes()
     except Exception as error:
-        return f'{type(error).__name__}: {error}'
-    return unless(len(outcomes) == 3 or count < 100, f'only {dict(outcomes)}: what was tried?')
+        return f'{type(error).__name__}: {error}; {getattr(error, "exceptions", "")}'
+    return unless(len(outcomes) == 3 or count < ENOUGH, f'only {dict(outcomes)}: what was tried?')
 
 
 def fault_in(answer: Answer, answering: Answering) -> str:
@@ -120,13 +134,36 @@ def send_any(random: Random, peer: Peer) -> None:
         peer.targets.publish(any_pose(random, good_pose(peer.arm), peer.arm.frame_names))
 
 
-def odd_publishers(node: RunningNode, peer: Peer) -> Iterator[Check]:
-    """Publish targets and joint states with other QoS than the node's, and with another type."""
+def flood(seconds: float, node: RunningNode, peer: Peer) -> Check:
+    """Send what is refused, a thousand times a second; the log must not fill a disk."""
+    began, size, lines, sent = time.monotonic(), node.log.stat().st_size, node.said().count('\n'), 0
+    bad, change = good_pose(peer.arm), Parameter(name='method', value=ParameterValue(type=4, string_value='x' * 1000))
+    bad.header.frame_id = 'no\nsuch frame' * 1000
+    for elapsed in ticking(seconds, 'flood'):
+        if sent < FLOOD_RATE * elapsed:
+            peer.joint_states.publish(JointState(name=['a', 'a'], position=[0.0]))
+            peer.targets.publish(bad)
+            peer.send_unanswered([change] if sent % 10 == 0 else [])
+            sent += 1
+        peer.spin_once()
+    lines, size = node.said().count('\n') - lines, node.log.stat().st_size - size
+    rate, seconds = lines / (time.monotonic() - began), time.monotonic() - began
+    fault = peer.fault(peer.arm.home) or node.fault() or unless(rate < LINES_A_SECOND, 'too many')
+    what = f'refused targets at {sent / seconds:.0f} Hz, with bad joint states and refused parameters: the log'
+    return Check(what, f'{rate:.1f} lines and {size / seconds / 1000:.1f} kB a second', fault)
+
+
+def odd_qos(node: RunningNode, peer: Peer) -> Iterator[Check]:
+    """Publish targets and joint states with other QoS than the node's."""
     for name, qos in ODD_QOS.items():
         fault = _beside([(topic, topic.type, qos) for topic in TOPICS], node, peer)
         yield Check(f'publishers with QoS {name}', str(len(TOPICS)), fault)
+
+
+def wrong_type(node: RunningNode, peer: Peer) -> Check:
+    """Publish texts on the topics of targets and joint states."""
     fault = _beside([(topic, String, topic.qos) for topic in TOPICS], node, peer)
-    yield Check('publishers of another type', str(len(TOPICS)), fault)
+    return Check('publishers of another type', str(len(TOPICS)), fault)
 
 
 def _beside(kinds: list[tuple[interface.Topic, Any, QoSProfile]], node: RunningNode, peer: Peer) -> str:

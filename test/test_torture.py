@@ -1,0 +1,211 @@
+"""A short slice of scripts/torture: the same code with less of everything; and that it finds what it looks for."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+import time
+from dataclasses import replace
+from random import Random
+
+import numpy as np
+import pytest
+from ros_helpers import allow_lark
+
+from bench.check import make_group
+from ros_ik_pkg.ik import load_arm
+from torture import __main__ as command
+from torture import files, load, messages, parameters, soak, solves
+from torture.cable import CLEAR, CUT, Cable, Weather
+from torture.hostile import HOSTILE
+from torture.peer import connected
+from torture.plan import Check, Plan, skipped
+from torture.reliability import Reliability
+from torture.running import Usage, running_node
+from torture.stream import Stream
+
+pytestmark = allow_lark
+ARM = load_arm('puma560')
+
+
+def assert_right(checks) -> None:
+    """Let the lines of a section speak where one is wrong."""
+    checks = list(checks)
+    assert checks
+    assert [check for check in checks if check.fault] == []
+
+
+@pytest.fixture(scope='module')
+def node():
+    with running_node() as node:
+        yield node
+
+
+@pytest.fixture(scope='module')
+def peer(node):
+    with connected(ARM) as peer:
+        yield peer
+
+
+def test_random_solves_are_right_whatever_the_seed():
+    assert_right(solves.run(Plan(seed=7, count=1000)))
+
+
+def test_any_message_is_answered_with_a_reason():
+    assert messages.fuzz_layer(7, 150, ARM) == ''
+
+
+def test_the_fuzz_sees_an_answer_without_a_reason(monkeypatch):
+    monkeypatch.setattr(messages, 'fault_in', lambda answer, answering: 'no reason' * (answer.outcome == 'refused'))
+    assert 'no reason' in messages.fuzz_layer(7, 50, ARM)
+
+
+def test_any_message_over_dds_leaves_the_node_as_it_was(node, peer):
+    assert_right(check for check in messages.fuzz_node(7, 300, node, peer) if 'memory' not in check.what)
+
+
+def test_publishers_of_another_type_do_not_disturb(node, peer):
+    assert_right([messages.wrong_type(node, peer)])
+
+
+def test_a_flood_of_refused_targets_does_not_fill_the_log(node, peer):
+    assert_right([messages.flood(1.0, node, peer)])
+
+
+def test_any_parameter_value_is_taken_or_refused_with_a_reason(node, peer):
+    assert_right(parameters.fuzz(7, 60, node, peer))
+
+
+def test_targets_and_joint_states_at_speed_are_answered_in_order(node, peer):
+    stream = Stream(peer, 7)
+    stream.go(500.0, 1.0)
+    assert stream.fault_at_end() == ''
+    assert stream.counts()['solved'] > 10
+
+
+def test_of_a_burst_the_last_target_is_solved(node, peer):
+    assert_right(check for check in load.burst(2000, node, peer) if 'memory' not in check.what)
+
+
+def test_an_answer_after_that_to_a_newer_target_is_noticed(peer):
+    stream = Stream(peer, 7)
+    stream.go(100.0, 0.2)
+    assert stream.fault_at_end() == ''
+    peer.results[-1], peer.results[-2] = peer.results[-2:]
+    assert 'after one to a newer target' in stream.fault_at_end()
+
+
+def test_a_wrong_solution_is_noticed(peer):
+    assert peer.fault(ARM.home) == ''
+    stamp = max(peer.solutions)
+    peer.solutions[stamp].position[1] += 1e-3
+    assert 'wrong solution' in peer.wrongness(stamp, ARM.home)
+
+
+def test_parameters_change_while_targets_stream(node, peer):
+    usages, figures, fault = soak.stream(2.0, 7, node, peer)
+    assert fault == '' and figures['changes'] > 0 and figures['solved'] > 0
+    assert all(usage.memory > 50.0 and usage.files > 5 and usage.threads > 2 for usage in usages)
+    assert peer.set_defaults() == ''
+
+
+def test_growth_is_noticed():
+    flat = [Usage(100.0 + 0.1 * (k % 3), 20, 9) for k in range(50)]
+    assert not any(check.fault for check in soak.judged(flat))
+    leaking = [replace(usage, memory=usage.memory + 0.1 * k, files=20 + k // 25) for k, usage in enumerate(flat)]
+    assert [bool(check.fault) for check in soak.judged(leaking)] == [True, True, False]
+
+
+def test_values_of_a_type_that_ros_does_not_have_end_nothing(node, peer):
+    assert_right([parameters.no_such_type(node, peer)])  # the last one: it leaves tracebacks in the log
+
+
+def test_files_with_pieces_changed_load_or_are_refused(tmp_path):
+    assert_right(files.fuzz(Random(7), 100, tmp_path))
+
+
+@pytest.mark.parametrize('name', ['a cycle of links', 'an entity bomb', 'an external entity', 'aliases of aliases',
+                                  'a YAML tag that makes objects', 'a binary file'])  # fmt: skip
+def test_a_hostile_file_is_refused(name, tmp_path):
+    suffix, make = HOSTILE[name]
+    path, content = tmp_path / f'robot{suffix}', make()
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    outcome, seconds, fault = files.load(path)
+    assert (outcome, fault) == ('refused', '') and seconds < files.MOST_SECONDS
+
+
+@pytest.fixture
+def cable():
+    """A cable between two sockets: what one sends, the other gets."""
+    (left, right), (one, other) = ((socket.socketpair(type=socket.SOCK_DGRAM)) for _ in range(2))
+    cable = Cable((right.fileno(), other.fileno()), 7)
+    cable.start()
+    yield cable, left, one
+    cable.close()
+    for end in (left, right, one, other):
+        end.close()
+
+
+def received(end: socket.socket) -> int:
+    """Count what comes until nothing comes any more."""
+    end.settimeout(0.3)
+    count = 0
+    try:
+        while end.recv(100):
+            count += 1
+    except TimeoutError:
+        return count
+
+
+@pytest.mark.parametrize(
+    ('weather', 'least', 'most'),
+    [(CLEAR, 20, 20), (CUT, 0, 0), (Weather(doubled=1.0), 40, 40), (Weather(loss=0.5), 3, 17)],
+)
+def test_a_cable_does_what_the_weather_says(cable, weather, least, most):
+    cable, left, one = cable
+    cable.weather = weather
+    for _ in range(20):
+        left.send(b'frame')
+    assert least <= received(one) <= most
+
+
+def test_a_cable_delays(cable):
+    cable, left, one = cable
+    cable.weather, began = Weather(delay=0.15), time.monotonic()
+    one.send(b'frame')
+    left.settimeout(20.0)
+    assert left.recv(100) == b'frame' and time.monotonic() - began >= 0.15
+
+
+def test_the_report_keeps_the_last_run_of_each_section(tmp_path):
+    path = tmp_path / 'reliability.md'
+    for section, table in (('files', '| old |'), ('load', '| kept |'), ('files', '| new |')):
+        Reliability(section, f'scripts/torture {section}').write(path, f'About {section}.', table)
+    text = path.read_text()
+    counts = [text.count(words) for words in ('| old |', '| kept |', '| new |', '## files\n', 'processor')]
+    assert counts == [0, 1, 1, 1, 2]
+
+
+@pytest.mark.parametrize(('check', 'code'), [(Check('x', '1'), 0), (Check('x', '1', 'no'), 1), (skipped('x', 'no'), 0)])
+def test_the_exit_code_is_0_only_if_nothing_is_wrong(check, code, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(files, 'run', lambda plan: [check])
+    monkeypatch.setattr('sys.argv', ['torture', 'files', '--seed', '5', '--output', str(tmp_path / 'report.md')])
+    monkeypatch.setattr(command, 'own_domain', lambda: threading.Lock())
+    assert command.main() == code
+    assert check.verdict in (tmp_path / 'report.md').read_text()
+    assert ('--seed 5' in capsys.readouterr().out.splitlines()[-1]) == bool(code)
+
+
+def test_the_help_names_every_section_and_option():
+    help_text = (command.ROOT / 'scripts' / 'torture').read_text()
+    assert all(f'#   {section} ' in help_text for section in command.SECTIONS)
+    assert all(option in help_text for option in ('--seed', '--count', '--minutes', '--output'))
+    assert {f'{name}.py' for name in command.SECTIONS} <= set(os.listdir(command.ROOT / 'torture'))
+
+
+def test_the_same_seed_makes_the_same_problems():
+    first, again, other = (make_group(np.random.default_rng([seed, 0]), 10) for seed in (7, 7, 8))
+    assert first.options == again.options != other.options
+    np.testing.assert_array_equal(first.targets, again.targets)
+    np.testing.assert_array_equal(first.seeds, again.seeds)
