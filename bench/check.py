@@ -175,7 +175,7 @@ def find_faults(group: Group, answers: Answers) -> list[tuple[int, str]]:
     errors = np.hstack([np.einsum('kji,kj->ki', axes, half) for half in judge.errors(group.targets, q)])
     beyond = np.maximum(np.abs(errors) - options.task_tolerances, 0.0) * kept
     position, orientation = np.linalg.norm(beyond[:, :3], axis=1), np.linalg.norm(beyond[:, 3:], axis=1)
-    # The turning of the tip's own place, far away, adds to the rounding of what is near.
+    # Far targets and many turns are rounded with the size of their numbers.
     rounding = ROUNDING * (1.0 + np.abs(q).max(axis=1) + np.abs(group.targets[:, :3, 3]).max(axis=1))
     close = (position <= options.position_tolerance + rounding) & (
         orientation <= options.orientation_tolerance + rounding
