@@ -243,7 +243,7 @@ def test_a_target_that_is_far_off_ends_early_with_the_closest_approach(method):
     options = SolveOptions(method=method, deadline=0.0, max_iterations=2000)
     solution = solve(arm, target, options=options)
     assert solution.status is Status.UNREACHABLE
-    assert solution.attempts <= 4
+    assert solution.attempts <= 8
     assert solution.position_error >= 0.6 - 1e-12
     np.testing.assert_allclose(
         (solution.position_error, solution.orientation_error), pose_errors(arm, solution.q, target), rtol=0, atol=1e-9

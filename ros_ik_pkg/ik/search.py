@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ros_ik_pkg.ik.approach import approach
 from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import inlined, kernel
@@ -22,15 +23,14 @@ JOINT_JUMP = int(Status.JOINT_JUMP)
 FIRST, NEAREST, ALL = range(3)
 
 # An attempt among many is given up when its error does not fall by a tenth within five steps: starting elsewhere
-# is cheaper (docs/performance.md). A lone one, those of a hard target, and the last look at the closest approach
-# get their chance.
+# is cheaper (docs/performance.md). A lone one and those of a hard target get their chance.
 HURRIED = (5, 0.9)
 STRIDE = 2.0  # a hurried attempt takes steps so much longer than a method's own cap: a quarter fewer of them
 PATIENT = (20, 0.999)
 # So is one from a seed that after this many steps is still further from the target than the nearest start.
-LOOK = 1
+LOOK = 2
 HURRIED_ATTEMPTS = 50
-ATTEMPTS_OUT_OF_REACH = 4  # to find the closest approach of a target that is provably out of reach
+ATTEMPTS_OUT_OF_REACH = 8  # to find the closest approach of a target that is provably out of reach
 ATTEMPTS_WITHOUT_NEWS = 40  # before the nearest answer, or the list of all, counts as complete
 ATTEMPTS_NO_NEARER = 100  # before a target counts as out of reach: of 80000 reachable ones none took 70 in all
 NEARER = 0.999  # by which factor an approach must be nearer to count
@@ -104,17 +104,16 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, answer
         next_start(starts, attempts, work)
     if found == 0 and not lone:
         assign(work.q, work.best)
-        cap = joint_step_cap(tuning, 1.0)
-        failure, taken, _, _, _, nearest = descend(
-            geometry, task, tuning, cap, PATIENT[0], PATIENT[1], stop_time, attempts, 0, -1, work, recorder
-        )
-        steps += taken
-        if failure == CONVERGED:
+        # What the transpose method cannot do shall not be done for it.
+        if int(tuning.method) != TRANSPOSE and not late:
+            taken, nearest = approach(geometry, task, tuning, stop_time, attempts, work, recorder)
+            steps += taken
+        position_error, orientation_error, _ = errors_at(geometry, task, work)
+        if holds(position_error, orientation_error, tuning):
             unwrap(geometry, work.q, reference)
             rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
             found = keep_answer(geometry, work.q, rank, answers, ranks, 0)
         else:
-            assign(work.q, work.near if nearest < best_norm else work.best)
             failure = DEADLINE if late else UNREACHABLE if hopeless else failure
     if found > 0:
         assign(work.q, answers[0])

@@ -44,7 +44,8 @@ def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions
 
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """Return the logarithm (3,) of a rotation [rad]; pinocchio.log3 loses digits near half a turn, which a free axis may well be off."""
+    """Return the logarithm (3,) of a rotation [rad], with all digits near half a turn, where pinocchio.log3 has fewer:
+    an axis that is free may well be off by so much."""
     x, y, z, w = pin.Quaternion(np.ascontiguousarray(rotation)).coeffs()
     vector = np.copysign(1.0, w) * np.array([x, y, z])
     sine = np.linalg.norm(vector)
