@@ -110,7 +110,7 @@ BAD_PARAMETERS = {
     'five weights': ('task_weights', [1.0] * 5, '6 numbers'),
     'all weights zero': ('task_weights', [0.0] * 6, 'at least one weight'),
     'weight is NaN': ('task_weights', [1.0] * 5 + [NAN], 'task_weights'),
-    'weights of three joints': ('joint_weights', [1.0] * 3, 'puma560 has 6 joints'),
+    'weights of three joints': ('joint_weights', [1.0] * 3, 'expected 6, one for each joint'),
     'unknown seed source': ('seed_source', 'guess', 'last_solution'),
     'unknown robot': ('robot', 'r2d2', 'puma560'),
     'robot file that is not there': ('robot', '/no/such/arm.urdf', '/no/such/arm.urdf'),

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
-from rclpy.clock import ROSClock
+
+if TYPE_CHECKING:
+    from rclpy.clock import ROSClock
 
 
 class StepError(Exception):
