@@ -50,6 +50,7 @@ class IkNode(Node):
             self.get_logger().warning('compiled code stays in memory, every start compiles: nothing can be written to '
                                       'NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')  # fmt: skip
         warm_up(report=self.get_logger().info)
+        _complete(self._answering.arm)
         self._outputs = Outputs(self)
         self._comparison = Comparison(self, self._outputs.trace)
         self._diagnostics = self.create_publisher(
@@ -98,6 +99,7 @@ class IkNode(Node):
         arm_changed = self._answering.settings is not None and arm is not self._answering.arm
         self._answering.take_over(settings, arm)
         if arm_changed:
+            _complete(arm)
             self.get_logger().info(self._described(), throttle_duration_sec=LOG_PERIOD)
 
     def _on_robot_description(self, message: String) -> None:
@@ -147,3 +149,9 @@ class IkNode(Node):
             f'arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.tip_frame}, method {method}, '
             f'targets on {target}'
         )
+
+
+def _complete(arm: Arm | None) -> None:
+    """Make what an arm makes once, in milliseconds that no target's deadline covers."""
+    if arm is not None:
+        _ = arm.starts

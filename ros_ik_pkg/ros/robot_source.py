@@ -23,11 +23,9 @@ class RobotSource:
         if not source:
             return None
         try:
-            arm = load_arm(source, base=settings.base_frame or None, tip=settings.tip_frame or None)
+            return load_arm(source, base=settings.base_frame or None, tip=settings.tip_frame or None)
         except ModelError as error:
             raise ModelError(f'{_described(settings)}: {error}') from error
-        _ = arm.starts  # takes milliseconds once, which the first target's deadline would not cover
-        return arm
 
 
 def follows_topic(settings: Settings) -> bool:
