@@ -16,7 +16,7 @@ from numerics import (
     reachable_poses,
 )
 
-from ros_ik_pkg.ik import SolveOptions, Status, load_arm, solve
+from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm, solve
 
 TURN = 2.0 * np.pi
 CALM = {'deadline': 0.0}  # what a busy machine must not change
@@ -68,6 +68,23 @@ def test_the_closest_of_all_approaches_is_returned():
         solve(arm, np.eye(4), options=SolveOptions(method='sdls', max_attempts=count, **CALM)) for count in (2, 60)
     )
     assert np.linalg.norm(pose_errors(arm, many.q, np.eye(4))) <= np.linalg.norm(pose_errors(arm, few.q, np.eye(4)))
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_without_attempts_the_joints_come_as_near_as_they_can_from_the_seed(method):
+    arm = get_arm('ur5')
+    target = arm.forward(arm.home + 0.1)
+    options = SolveOptions(method=method, max_attempts=0, deadline=0.0)
+    reached = solve(arm, target, arm.home, options)
+    assert_answer(arm, reached, target)
+    assert reached.attempts == 0 and np.abs(reached.q - arm.home).max() < 0.3
+    target[:3, 3] *= 3.0
+    short = solve(arm, target, arm.home, options, trace=True)
+    assert short.status is Status.UNREACHABLE and short.attempts == 0
+    assert len(short.trace) == short.iterations + 1
+    anywhere = solve(arm, target, arm.home, SolveOptions(method='sdls', deadline=0.0))
+    here, there = (np.linalg.norm(pose_errors(arm, solution.q, target)) for solution in (short, anywhere))
+    assert here > 0.99 * there
 
 
 # Deadline

@@ -111,8 +111,9 @@ class SolveOptions:
     max_iterations: int = option(100, 'steps of one attempt at most', minimum=0, maximum=100000)
     max_attempts: int = option(
         500,
-        'descents at most: the first from the seed, the others from well-spread starts',
-        minimum=1,
+        'descents at most: the first from the seed, the others from well-spread starts; 0: none, only as near as the '
+        'joints come from the seed',
+        minimum=0,
         maximum=1000000,
     )
     deadline: float = option(

@@ -53,8 +53,11 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, answer
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
-    steps, attempts, found, news, nearer, scored = 0, 0, 0, 0, 0, False
-    while True:
+    steps, attempts, found, news, nearer, scored, late = 0, 0, 0, 0, 0, False, False
+    if budget < 1.0:  # no descents: the closest approach from the seed alone
+        failure = STALLED
+        assign(work.best, work.q)
+    while budget >= 1.0:
         hurry = attempts < hurried
         patience, progress = HURRIED if hurry else PATIENT
         cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
@@ -88,10 +91,8 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, answer
             if count > found or ranks[0] < before:
                 news = attempts
             found = count
-        elif nearest < best_norm or attempts == 1:
-            if not nearest > NEARER * best_norm:
-                nearer = attempts
-            best_norm, failure = nearest, status
+        elif not nearest > NEARER * best_norm:  # by a rounding only, it is not worth another posture
+            nearer, best_norm, failure = attempts, nearest, status
             assign(work.best, work.near)
         settled = found > 0 and attempts - news >= ATTEMPTS_WITHOUT_NEWS
         settled = settled or (found == 0 and attempts - nearer >= ATTEMPTS_NO_NEARER)
@@ -105,7 +106,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, answer
     if found == 0 and not lone:
         assign(work.q, work.best)
         # What the transpose method cannot do shall not be done for it.
-        if int(tuning.method) != TRANSPOSE and not late:
+        if not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
             taken, nearest = approach(geometry, task, tuning, stop_time, attempts, work, recorder)
             steps += taken
         position_error, orientation_error, _ = errors_at(geometry, task, work)

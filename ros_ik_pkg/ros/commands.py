@@ -84,13 +84,8 @@ class Commands:
 
 
 def closest_approach(answer: Answer, start: np.ndarray, settings: Settings) -> np.ndarray:
-    """Return where one descent from where the joints are ends (n,).
-
-    The search itself looks everywhere, and its nearest approach may be another posture or a turn away, nearer by a
-    rounding. This one stays in the posture, and it is of sdls, whose steps stay bounded and do not swing at the edge of
-    what can be reached.
-    """
-    options = replace(settings.options, method='sdls', max_attempts=1, choice='first')
+    """Return how near the joints come from where they are (n,); the search looks everywhere, at other postures too."""
+    options = replace(settings.options, max_attempts=0, choice='first')
     return solve(answer.arm, answer.base_from_target, start, options).q
 
 
