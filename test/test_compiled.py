@@ -122,3 +122,14 @@ def test_kernels_cannot_allocate():
 
     with pytest.raises(numba.core.errors.NumbaError):
         allocate(3)
+
+
+def test_where_the_disk_fills_while_compiling_the_code_lives_in_memory(tmp_path):
+    program = (
+        'import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))\n'  # room for the probe alone
+        'from ros_ik_pkg.ik.sincos import sincos\n'
+        'from ros_ik_pkg.ik.compiled import CACHE_FOLDER, NOT_SAVED\n'
+        'print(sincos(0.5)[0], bool(CACHE_FOLDER), len(NOT_SAVED))'
+    )
+    sine, kept, failures = in_a_new_process(program, NUMBA_CACHE_DIR=str(tmp_path)).split()
+    assert float(sine) == pytest.approx(np.sin(0.5)) and kept == 'True' and int(failures) > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 
 import numpy as np
@@ -274,3 +275,17 @@ def test_a_malformed_file_is_named(tmp_path):
     path.write_text('<robot>\n<link', encoding='utf-8')
     with pytest.raises(ModelError, match=r'broken\.urdf: line 2, column \d+: not well-formed'):
         load_arm(path)
+
+
+def test_a_pipe_is_no_file_to_read(tmp_path):
+    os.mkfifo(tmp_path / 'robot.urdf')
+    with pytest.raises(ModelError, match='no regular file'):  # and does not wait for a writer
+        load_arm(tmp_path / 'robot.urdf')
+
+
+@pytest.mark.parametrize('place', ['name="LONG"', 'type="LONG"'])
+def test_no_error_is_as_long_as_the_file(place):
+    text = chain(('j', 'revolute', {})).replace('name="j"' if 'name' in place else 'type="revolute"', place)
+    with pytest.raises(ModelError) as caught:
+        load_arm(text.replace('LONG', 'x' * 10**6))
+    assert len(str(caught.value)) < 5000

@@ -39,6 +39,7 @@ def cache_folder() -> Path | None:
 
 
 CACHE_FOLDER = cache_folder()
+NOT_SAVED: list[str] = []  # why compiled code could not be saved
 
 
 def _decorator(**options: Any) -> Callable[[Function], Function]:
@@ -48,17 +49,32 @@ def _decorator(**options: Any) -> Callable[[Function], Function]:
         # Numba reads the setting at this moment; others' functions keep theirs.
         others, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(CACHE_FOLDER or '')
         try:
-            return numba.njit(
+            dispatcher = numba.njit(
                 cache=CACHE_FOLDER is not None,
                 error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
                 nogil=True,  # batches run on threads
                 fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
                 **options,
             )(function)
+            _forgive_full_disk(dispatcher)
+            return dispatcher
         finally:
             numba.config.CACHE_DIR = others
 
     return decorate
+
+
+def _forgive_full_disk(dispatcher: Any) -> None:
+    """Let code that cannot be saved live in memory; Numba itself would end the program, after all the work."""
+    save = dispatcher._cache.save_overload
+
+    def save_if_possible(*arguments: Any) -> None:
+        try:
+            save(*arguments)
+        except OSError as error:
+            NOT_SAVED.append(str(error))
+
+    dispatcher._cache.save_overload = save_if_possible
 
 
 # What callers enter by: may allocate.

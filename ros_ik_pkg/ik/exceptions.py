@@ -1,12 +1,19 @@
 """What can be wrong with a model, an option or an argument; a pose out of reach is not an error."""
 
 
+MAX_TEXT = 4000  # characters
+
+
 class IkError(ValueError):
     """Base of every error that `ros_ik_pkg.ik` raises on purpose; the text says what was got and expected."""
 
 
 class ModelError(IkError):
     """The robot cannot be loaded: malformed file, unknown frame, unsupported joint, bad limits."""
+
+    def __init__(self, text: str) -> None:
+        # It may quote a file, which may be of any length.
+        super().__init__(text if len(text) <= MAX_TEXT else f'{text[:MAX_TEXT]}... ({len(text)} characters)')
 
 
 class OptionError(IkError):

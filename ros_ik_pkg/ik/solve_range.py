@@ -40,13 +40,15 @@ WIDTH = len(FIGURES)
 
 @compiled
 def solve_one(model, starts, numbers, target, seed, row):
-    """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row.
+    """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row, and return
+    whether they are any good.
 
     What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.2 us.
     """
     out = row.reshape(1, len(row))
     nothing = out[:0]
     solve_range(model, starts, numbers, target, seed, seed, out, nothing, nothing)
+    return row[len(row) - WIDTH + STATUS] != NOT_AN_ARGUMENT
 
 
 @compiled
@@ -57,17 +59,20 @@ def solve_range(model, starts, numbers, targets, seeds, references, out, answers
     last row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
     """
     n = out.shape[1] - WIDTH
-    buffer = np.empty(buffer_size(count_joints(model, n), n))
-    scores = np.empty(starts.shape[1], np.float32)
-    ranks, integers = np.empty(max(1, len(answers))), np.zeros(3, np.int64)
-    solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, buffer, scores, ranks, integers)
-    return integers[2]
+    size, starts_size = buffer_size(count_joints(model, n), n), (starts.shape[1] + 1) // 2
+    memory = np.empty(3 + size + starts_size + max(1, len(answers)))  # one block: asking for four takes longer
+    solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, size, starts_size, memory)
+    return memory[:3].view(np.int64)[2]
 
 
 @kernel
-def solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, buffer, scores, ranks, integers):
-    """Do what solve_range says, with its memory."""
+def solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, size, starts_size, memory):
+    """Do what solve_range says, with its memory: three integers, a buffer of `size`, scores of the starts, ranks."""
     n = out.shape[1] - WIDTH
+    integers, buffer = memory[:3].view(np.int64), memory[3 : 3 + size]
+    scores = memory[3 + size : 3 + size + starts_size].view(np.float32)[: starts.shape[1]]
+    ranks = memory[3 + size + starts_size :]
+    integers[:] = 0
     geometry, reach = unpack_model(model, n)
     work, recorder, one = make_records(len(geometry.prismatic), n, buffer, scores, integers, rows)
     kept = answers if len(answers) > 0 else one

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ros_ik_pkg.ik.compiled import CACHE_FOLDER, NOT_SAVED
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.records import TRACE_WIDTH
@@ -81,13 +82,10 @@ def solve(
         start = _array(start, 'seed', (n,))
     row = np.empty(n + WIDTH)
     if trace or reference is not None or options.choice == 'all':
-        solution = _solve_at_length(arm, goal, start, options, reference, trace, row)
-    else:
-        solve_one(arm.packed, arm.starts, options.numbers, goal, start, row)
-        solution = Solution(row)
-    if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
-        raise _argument_error(arm, options, target, seed, reference)
-    return solution
+        return _solve_at_length(arm, goal, start, options, reference, trace, row)
+    if not solve_one(arm.packed, arm.starts, options.numbers, goal, start, row):
+        raise _argument_error(arm, options, goal, start, start)
+    return Solution(row)
 
 
 def _solve_at_length(
@@ -101,10 +99,10 @@ def _solve_at_length(
     count = solve_range(
         arm.packed, arm.starts, options.numbers, target, seed, origin, row.reshape(1, -1), answers, rows
     )
-    found = int(row[FOUND - WIDTH]) if row[STATUS - WIDTH] != NOT_AN_ARGUMENT else 0
-    return Solution(
-        row, answers[:found] if options.choice == 'all' else None, _trace(rows, count, n) if trace else None
-    )
+    if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
+        raise _argument_error(arm, options, target, seed, origin)
+    found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
+    return Solution(row, found, _trace(rows, count, n) if trace else None)
 
 
 @dataclass(slots=True)
@@ -192,12 +190,12 @@ def solve_batch(
 def warm_up(report: Callable[[str], object] = print) -> float:
     """Compile everything, or load it from the cache; return the seconds that it took.
 
-    `report` is called with a sentence where it takes long, as it does once on every machine.
+    `report` is called with a sentence where it takes long, as it does once on every machine, and where the compiled
+    code cannot be kept.
     """
     began = time.monotonic()
-    notice = threading.Timer(
-        5.0, report, ['compiling the solver for this machine: once, about a minute, kept for later starts']
-    )
+    kept = 'once, kept for later starts' if CACHE_FOLDER else 'at every start, for nothing can be written to keep it'
+    notice = threading.Timer(5.0, report, [f'compiling the solver for this machine, about a minute: {kept}'])
     notice.daemon = True
     notice.start()
     try:
@@ -206,6 +204,8 @@ def warm_up(report: Callable[[str], object] = print) -> float:
         arm.jacobian(arm.home)
     finally:
         notice.cancel()
+    if NOT_SAVED:
+        report(f'compiled code could not be kept, the next start compiles again: {NOT_SAVED[0]}')
     return time.monotonic() - began
 
 

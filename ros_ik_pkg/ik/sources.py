@@ -29,6 +29,8 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
         return parse_urdf(source.lstrip(BLANK))
     try:
         path = _find_file(source)
+        if path.exists() and not path.is_file():  # opening a pipe waits for somebody to write to it
+            raise ModelError(f'cannot read the robot {str(source)!r}: it is no regular file')
         with path.open('rb') as file:
             content = file.read(MAX_BYTES + 1)  # the reader refuses what is longer
     except ModelError:

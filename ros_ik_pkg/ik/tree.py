@@ -15,6 +15,7 @@ from ros_ik_pkg.ik.exceptions import ModelError
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 ROTARY = ('revolute', 'continuous')
 MAX_DISTANCE = 1e6  # [m]
+MAX_NAME = 1000  # characters
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,7 @@ def grow(name: str, links: Iterable[str], joints: Iterable[Joint], tip: str | No
     links, joints = list(links), list(joints)
     if not links:
         raise ModelError('the robot has no links')
+    _refuse_long_names([name, *links, *(joint.name for joint in joints)])
     _refuse_far_placements(joints)
     _refuse_duplicates(links, 'link')
     _refuse_duplicates([joint.name for joint in joints], 'joint')
@@ -168,6 +170,13 @@ def _refuse_duplicates(names: list[str], what: str) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise ModelError(f'{what} name used more than once: {shorten(twice)}')
+
+
+def _refuse_long_names(names: list[str]) -> None:
+    """Raise ModelError where a name would fill logs and messages."""
+    longest = max(names, key=len)
+    if len(longest) > MAX_NAME:
+        raise ModelError(f'a name has {len(longest)} characters, {longest[:30]!r}...; at most {MAX_NAME}')
 
 
 def _refuse_far_placements(joints: list[Joint]) -> None:
