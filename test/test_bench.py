@@ -31,6 +31,8 @@ from ros_ik_pkg.ik import METHODS, SolveOptions, load_arm, robot_names, solve_ba
 from ros_ik_pkg.ros.process import make_executor
 from ros_ik_pkg.tools.processes import ros_node
 
+pytestmark = pytest.mark.once
+
 ROOT = Path(__file__).resolve().parents[1]
 COUNT = 60
 

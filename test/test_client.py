@@ -23,7 +23,7 @@ from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros import IkClient, NodeError
 from ros_ik_pkg.tools.processes import ros_node, running
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.newest]
 
 ARM = load_arm('puma560')
 HOME = ['--ros-args', '-p', 'seed_source:=home']

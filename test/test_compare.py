@@ -21,6 +21,8 @@ from ros_ik_pkg.compare.sweep import run_sweep, sweep_table
 from ros_ik_pkg.compare.table import align, runs_table
 from ros_ik_pkg.ik import METHODS, ArgumentError, SolveOptions, Status, load_arm, solve
 
+pytestmark = pytest.mark.once
+
 ROOT = Path(__file__).resolve().parents[1]
 OPTIONS = SolveOptions(max_iterations=2000, position_tolerance=1e-6, orientation_tolerance=1e-6)
 

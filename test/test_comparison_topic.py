@@ -13,7 +13,7 @@ from ros_ik_pkg.ik import METHODS, SolveOptions, load_arm
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.reply import values
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.newest]
 ITERATIONS = 300
 
 

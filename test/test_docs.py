@@ -20,6 +20,8 @@ from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import PARAMETERS
 from ros_ik_pkg.tools import send_target
 
+pytestmark = pytest.mark.once
+
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / 'README.md').read_text()
 DOCUMENTS = [ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md'))]

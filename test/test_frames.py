@@ -33,7 +33,7 @@ from ros_helpers import (
 
 from ros_ik_pkg.ik import load_arm
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.newest]
 
 REAL = importlib.util.find_spec('tf2_ros') is not None
 ARM = load_arm('puma560')

@@ -115,6 +115,7 @@ def test_the_age_of_joint_states_is_that_of_the_joint_that_was_silent_longest(mo
     assert states.age(['c']) == 4.0
 
 
+@pytest.mark.newest
 @allow_lark
 def test_a_running_node_says_that_joint_states_stopped_and_takes_new_limits(tmp_path):
     arm = load_arm('puma560')

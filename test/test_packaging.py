@@ -17,6 +17,8 @@ import pytest
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.parameters import PARAMETERS
 
+pytestmark = pytest.mark.once
+
 NAME = 'ros_ik_pkg'
 TWO_ARMS = 'two_arms.launch.py'
 ROOT = Path(__file__).resolve().parents[1]

@@ -21,7 +21,7 @@ from ros_ik_pkg.ros.reply import values
 from ros_ik_pkg.tools.processes import ros_node
 
 need_browser()
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.once]
 NODE = ('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', 'max_iterations:=2000', '-p', 'position_tolerance:=1e-6',
         '-p', 'orientation_tolerance:=1e-6')  # fmt: skip
 

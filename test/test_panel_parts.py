@@ -10,6 +10,8 @@ from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm
 from ros_ik_pkg.panel.html import node_words, status_html, table_html
 from ros_ik_pkg.panel.presets import PRESETS
 
+pytestmark = pytest.mark.once
+
 OPTIONS = SolveOptions(max_iterations=300)
 ROBOTS = ('puma560', 'ur5', 'panda', 'iiwa14')
 

@@ -14,6 +14,8 @@ import pytest
 
 from ros_ik_pkg.tools import demo, send_target, set_param
 
+pytestmark = pytest.mark.once
+
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPTS = sorted(path.name for path in (ROOT / 'scripts').iterdir() if os.access(path, os.X_OK))
 PROGRAMS = {'demo': demo, 'send_target': send_target, 'set_param': set_param}

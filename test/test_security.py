@@ -15,7 +15,7 @@ from ros_ik_pkg.panel.exposure import is_loopback, warning_about
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.tools.processes import ros_node
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.newest]
 
 POLICY = ElementTree.parse(ROOT / 'config' / 'sros2' / 'ik_node.policy.xml').getroot()
 OWN = '/ik_node'

@@ -13,7 +13,7 @@ from ros_helpers import DEFAULTS, TIMEOUT, Client, allow_lark, connected, joint_
 
 from ros_ik_pkg.ik import load_arm
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.newest]
 
 ARM = load_arm('puma560')
 WRIST = ARM.joint_names.index('joint5')

@@ -25,7 +25,7 @@ from ros_helpers import (
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros import interface
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.newest]
 
 ARM = load_arm('ur5')  # has velocity limits, and joints that may turn more than once
 MAX_STEP_TIME = 0.05  # s

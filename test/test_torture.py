@@ -25,7 +25,7 @@ from torture.reliability import Reliability
 from torture.running import Usage, running_node
 from torture.stream import Stream
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.once]
 ARM = load_arm('puma560')
 
 

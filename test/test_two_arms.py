@@ -17,7 +17,7 @@ from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.tools.processes import ros_node
 
-pytestmark = allow_lark
+pytestmark = [allow_lark, pytest.mark.newest]
 
 SIDES = ('left', 'right')
 BASE = 'waist_pitch_link'
