@@ -110,6 +110,33 @@ def test_a_method_switched_over_the_service_is_used_from_the_next_target_on(clie
     assert_solved(arm, reply, target)
 
 
+def test_the_task_is_what_the_parameters_say(client, arm):
+    task = {'task_frame': 'tip', 'task_weights': [1, 1, 1, 1, 1, 0], 'task_tolerances': [0.0, 0.0, 0.02, 0.0, 0.0, 0.0]}
+    client.set_parameters(task)
+    for q in reachable(arm, 10, seed=3):
+        target = arm.forward(q)
+        reply = client.solve(pose_of(target), TIMEOUT)
+        assert reply.solved, reply.message
+        pose = pinocchio_pose(arm, [reply.joints[name] for name in arm.joint_names])
+        along = target[:3, :3].T @ (pose - target)[:3, 3]
+        assert np.hypot(*along[:2]) <= 1.1 * POSITION and abs(along[2]) <= 0.02 + POSITION
+        assert np.linalg.norm(np.cross(pose[:3, 2], target[:3, 2])) <= 1.1 * ORIENTATION
+    assert 'posture has 2 numbers' in client.refusal_of(null_space='posture', posture=[0.0, 0.0])
+
+
+def test_posture_brings_the_joints_of_a_seven_joint_arm_back(client):
+    panda = load_arm('panda')
+    client.set_parameters({'robot': 'panda', 'seed_source': 'last_solution'})
+    client.set_parameters({'null_space': 'posture', 'posture': panda.home.tolist()})
+    for x in (0.0, 0.1, 0.0):
+        target = panda.forward(panda.home)
+        target[0, 3] -= x
+        reply = client.solve(pose_of(target), TIMEOUT)
+        assert reply.solved, reply.message
+    q = [reply.joints[name] for name in panda.joint_names]
+    np.testing.assert_allclose(q, panda.home, rtol=0, atol=1e-3)
+
+
 def test_every_target_gets_one_result_and_only_solved_ones_a_solution(client, arm):
     replies = [client.solve(pose_of(arm.forward(q)), TIMEOUT) for q in reachable(arm, 5, seed=1)]
     replies += [client.solve(pose_of(FAR), TIMEOUT), client.solve(pose_of(FAR, 'nowhere'), TIMEOUT)]

@@ -200,3 +200,25 @@ def test_the_steps_of_the_self_motion_are_in_the_trace():
 def test_a_posture_for_another_arm_is_refused():
     with pytest.raises(ValueError, match='posture has 6 numbers; expected 7'):
         solve(load_arm('panda'), np.eye(4), options=SolveOptions(posture=(0.0,) * 6))
+
+
+def test_self_motion_does_not_leave_max_joint_jump():
+    arm, random = get_arm('panda'), np.random.default_rng(8)
+    for q in random_configurations(arm, random, 30):
+        seed = np.clip(q + random.uniform(-0.05, 0.05, 7), arm.lower, arm.upper)
+        plain = solve(arm, arm.forward(q), seed, SolveOptions(max_joint_jump=0.3, deadline=0.0))
+        moved = solve(arm, arm.forward(q), seed, SolveOptions(max_joint_jump=0.3, null_space='limits', deadline=0.0))
+        assert moved.converged == plain.converged
+        assert not moved.converged or moved.joint_distance <= 0.3
+
+
+def test_joints_at_limits_do_not_spoil_the_way_of_the_others():
+    arm, random = get_arm('panda'), np.random.default_rng(9)
+    upper = arm.upper - 1e-3
+    for q in random_configurations(arm, random, 30):
+        posture = np.where(random.random(7) < 0.3, upper, q)  # towards the limits of some
+        place = {'task_weights': (1, 1, 1, 0, 0, 0), 'deadline': 0.0}
+        options = SolveOptions(null_space='posture', posture=tuple(posture), **place)
+        solution = solve(arm, arm.forward(q), q, options)
+        assert solution.converged and solution.iterations < 60
+        assert cost('posture', arm, solution.q, posture) <= cost('posture', arm, q, posture) + 1e-9

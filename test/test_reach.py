@@ -133,3 +133,11 @@ def test_no_small_step_comes_nearer_than_the_closest_approach(robot):
         for step in 1e-3 * np.vstack([np.eye(arm.n), -np.eye(arm.n)]):
             q = np.clip(solution.q + step, arm.lower, arm.upper)
             assert np.linalg.norm(pose_errors(arm, q, target)) > error - 1e-6
+
+
+def test_a_slide_that_may_leave_its_limits_has_no_reach():
+    slide = {'axis': (1, 0, 0), 'lower': 0.0, 'upper': 0.2}
+    arm = load_arm(chain(('turn', 'revolute', {}), ('slide', 'prismatic', slide)))
+    target = arm.forward(np.array([0.4, 1.5]))
+    assert solve(arm, target, options=SolveOptions(deadline=0.0)).status is Status.UNREACHABLE
+    assert solve(arm, target, options=SolveOptions(respect_limits=False, deadline=0.0)).converged

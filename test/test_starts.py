@@ -10,7 +10,7 @@ from numerics import get_arm, make_workspace, pinocchio_tip, reachable_poses
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ik.records import Task
-from ros_ik_pkg.ik.starts import COUNT, next_start, r_sequence, score_starts
+from ros_ik_pkg.ik.starts import COUNT, nearest_start, next_start, r_sequence, score_starts
 
 ROBOTS = ('iiwa14', 'panda', 'planar3r', 'puma560', 'stanford', 'ur5')
 SINGLE = 2e-6  # the rounding of single precision, a few metres and turns
@@ -75,7 +75,7 @@ def order(arm, target, count, weights=(1, 1, 1, 1, 1, 1)):
     score_starts(arm.starts, task, 1.0, work.scores)
     taken = []
     for attempt in range(1, count + 1):
-        next_start(arm.starts, attempt, work)
+        next_start(arm.starts, attempt, nearest_start(work.scores), work)
         taken.append(work.q.copy())
     return np.array(taken)
 

@@ -40,12 +40,12 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
         if len(recorder.rows) > 0:
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         idle = idle + 1 if not norm < (1.0 - NO_NEARER) * nearest else 0
-        if norm < nearest:
+        holds = position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
+        if norm < nearest or holds:
             nearest, damping = norm, max(LESS * damping, LEAST_DAMPING)
             assign(work.near, work.q)
         else:
             damping *= MORE
-        holds = position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
         late = stop_time < math.inf and now(work.clock) > stop_time
         if holds or late or idle >= PATIENCE or damping > MOST_DAMPING or k >= MOST_STEPS:
             break

@@ -24,7 +24,7 @@ DEADLINE = int(Status.DEADLINE)
 PAUSED = -1  # not a stop reason: the search looks whether to go on
 FAR = 0.2  # error norm; no start can be relied on to be nearer than that
 FREE_STEP = 50.0  # rad or m; a larger step of one joint is eight turns: the linear model says nothing there
-CLOCK_EVERY = 4  # iterations between looks at the clock
+CLOCK_EVERY = 16  # iterations between looks at the clock
 
 
 @kernel

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from ros_ik_pkg.ik.attempt import largest_component
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import kernel
 from ros_ik_pkg.ik.kinematics import fill_columns, walk
@@ -20,18 +21,19 @@ from ros_ik_pkg.ik.task import measure, shape_columns
 MOST_STEPS = 60
 MOST_LOOSE = 6  # steps without the task holding, before it is mended alone
 LONGEST_STEP = 0.2  # rad or m of one joint: about so far the linear model of the task holds
-TINY = 1e-14
+ROUNDING = 1e-10  # of a slope: what the projection leaves of one that the task forbids
 SETTLED = 1e-7  # rad or m of the joint that moves most: less counts as nothing
 LEAST_BEND = 0.2  # of the curvature along the null space, over that of the cost alone: no longer steps than that
 DEPENDENT = 1e-9  # length of a row without the part that other rows explain, over its length
 
 
 @kernel
-def settle(geometry, task, tuning, posture, stop_time, attempt, steps, work, recorder):
+def settle(geometry, task, tuning, posture, reference, stop_time, attempt, steps, work, recorder):
     """Move work.q, where the task holds, to the least cost that the null space allows; return the steps taken.
 
-    Of the iterates that hold the task the one of the least cost is left in work.q, so it can only get better. In all
-    no joint moves further than null_space_step in the null space, if that is above 0.
+    Of the iterates that hold the task, and are not beyond max_joint_jump of the reference, the one of the least cost is
+    left in work.q, so it can only get better. In all no joint moves further than null_space_step in the null space, if
+    that is above 0.
     """
     least, left, longest, factor = math.inf, tuning.null_space_step, LONGEST_STEP, 0.0
     if left <= 0.0:
@@ -49,7 +51,7 @@ def settle(geometry, task, tuning, posture, stop_time, attempt, steps, work, rec
         holds = position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
         if holds:
             held = k
-            if value < least:
+            if k == 0 or (value < least and within_jump(tuning, reference, work.q)):
                 least = value
                 assign(work.near, work.q)
             else:
@@ -77,12 +79,16 @@ def null_step(geometry, task, tuning, posture, longest, before, work):
     while True:
         rank = orthonormal_rows(work)
         mend(rank, work)
+        steep = largest_component(work.null)
         project(work.W, rank, work.null)
-        length, factor = scale(geometry, task, tuning, longest, before, work)
+        if not largest_component(work.null) > ROUNDING * steep:
+            work.null[:] = 0.0
+        length, factor = scale(geometry, task, tuning, longest, before, work) if rank < len(work.dq) else (0.0, 0.0)
         for i in range(len(work.dq)):
-            work.dq[i] += work.null[i]
+            work.dq[i] += factor * work.null[i]
         if not (tuning.respect_limits > 0.0 and leave_out_pushed(geometry, work)):
-            assign(work.went, work.null)
+            for i in range(len(work.dq)):
+                work.went[i] = factor * work.null[i]
             return length, factor
 
 
@@ -156,8 +162,8 @@ def project(basis, rank, vector):
 
 @kernel
 def scale(geometry, task, tuning, longest, before, work):
-    """Scale the slope in work.null to the least cost along it, but so that no joint goes further than `longest`;
-    return how far the joint that moves most goes, and the factor.
+    """Return how far along the slope in work.null the least cost is, but so that no joint goes further than `longest`:
+    how far the joint that moves most goes, and that over the slope.
 
     The cost bends, and the null space does too: how much, the slope after the last step shows (secant).
     """
@@ -167,7 +173,7 @@ def scale(geometry, task, tuning, longest, before, work):
         along += work.null[i] * work.went[i]
         length += work.went[i] * work.went[i]
         largest = max(largest, abs(work.null[i]))
-    if not largest > TINY:
+    if not largest > 0.0:
         return 0.0, 0.0
     bend = curvature(geometry, task, tuning, largest, work) / square
     if before > 0.0 and length > 0.0:
@@ -175,9 +181,16 @@ def scale(geometry, task, tuning, longest, before, work):
     factor = longest / largest
     if bend > 0.0:
         factor = min(factor, 1.0 / bend)
-    for i in range(len(work.null)):
-        work.null[i] *= factor
     return factor * largest, factor
+
+
+@kernel
+def within_jump(tuning, reference, q):
+    """Return whether no joint is further from the reference than max_joint_jump."""
+    for i in range(len(q)):
+        if tuning.max_joint_jump > 0.0 and abs(q[i] - reference[i]) > tuning.max_joint_jump:
+            return False
+    return True
 
 
 @kernel

@@ -71,11 +71,14 @@ class Option:
 
     def _check_tuple(self, value: Any) -> tuple[float, ...]:
         try:
-            numbers = () if isinstance(value, str) else tuple(float(v) for v in value)
-        except (TypeError, ValueError):
+            entries = () if isinstance(value, (str, bytes)) else tuple(value)
+            numbers = tuple(float(entry) for entry in entries)
+        except (TypeError, ValueError, OverflowError):
             raise self._refuse(value) from None
+        if any(isinstance(entry, (bool, np.bool_, str, bytes)) for entry in entries):
+            raise self._refuse(value)
         count_fits = len(numbers) == len(self.default) or not self.default
-        if isinstance(value, str) or not count_fits or not all(self._in_range(v) for v in numbers):
+        if isinstance(value, (str, bytes)) or not count_fits or not all(self._in_range(v) for v in numbers):
             raise self._refuse(value)
         return numbers
 
@@ -199,7 +202,7 @@ class SolveOptions:
     )
     posture: tuple[float, ...] = option(
         (),
-        'where null_space = posture wants the joints; none: the reference, in the node the current joints',
+        'where null_space = posture wants the joints; none: where the solve starts, or the reference if there is one',
         unit='rad or m',
         minimum=-1e6,
         maximum=1e6,

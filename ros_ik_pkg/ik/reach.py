@@ -70,8 +70,10 @@ def _reflect(along: list[float], away: list[float]) -> float:
 
 
 @kernel
-def out_of_reach(reach, task, tuning):
-    """Return whether no configuration can reach the target, whatever the joint limits."""
+def out_of_reach(geometry, reach, task, tuning):
+    """Return whether no configuration can reach the target, whatever the limits of joints that turn."""
+    if tuning.respect_limits <= 0.0 and slides(geometry):
+        return False  # the lengths end where the slides do
     for r in range(3):
         if task.weights[r] <= 0.0:
             return False
@@ -86,6 +88,15 @@ def out_of_reach(reach, task, tuning):
         dz += R[6] * x[0] + R[7] * x[1] + R[8] * x[2]
         slack += (tuning.orientation_tolerance + length(task.tolerances, 3)) * length(x, 0)
     return math.sqrt(dx * dx + dy * dy + dz * dz) > bound * (1.0 + 1e-9) + slack
+
+
+@kernel
+def slides(geometry):
+    """Return whether a joint is prismatic."""
+    for k in range(len(geometry.prismatic)):
+        if geometry.prismatic[k]:
+            return True
+    return False
 
 
 @kernel

@@ -40,20 +40,22 @@ TURN = 2.0 * math.pi
 
 
 @kernel
-def search(geometry, starts, reach, task, tuning, reference, preferences, answers, ranks, work, recorder):
-    """Search from work.q; leave the answer, or the closest approach, in work.q.
+def search(geometry, starts, reach, task, tuning, reference, preferences, began, answers, ranks, work, recorder):
+    """Search from work.q since the time `began`; leave the answer, or the closest approach, in work.q.
 
     Returns (status, steps, attempts, number of answers, position error [m], orientation error [rad]). `answers`
     (k, n) and `ranks` (k,) receive the k nearest distinct answers that were found.
     """
     lone = int(tuning.max_attempts) == 1
-    hopeless = out_of_reach(reach, task, tuning)
+    hopeless = out_of_reach(geometry, reach, task, tuning)
     hurried = 0 if lone or hopeless or int(tuning.method) == TRANSPOSE else HURRIED_ATTEMPTS
-    stop_time = now(work.clock) + tuning.deadline if tuning.deadline > 0.0 else math.inf
+    # Who bounds the jump, or wants the nearest, wants the neighbourhood of the seed searched.
+    may_leave_seed = hurried > 0 and task.plain > 0.0 and int(tuning.choice) == FIRST and tuning.max_joint_jump <= 0.0
+    stop_time = began + tuning.deadline if tuning.deadline > 0.0 else math.inf
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
-    steps, attempts, found, news, nearer, scored, late = 0, 0, 0, 0, 0, False, False
+    steps, attempts, found, news, nearer, first, late = 0, 0, 0, 0, 0, -1, False
     if budget < 1.0:  # no descents: the closest approach from the seed alone
         failure = STALLED
         assign(work.best, work.q)
@@ -61,33 +63,39 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, answer
         hurry = attempts < hurried
         patience, progress = HURRIED if hurry else PATIENT
         cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
-        pause = LOOK if hurry and attempts == 0 and task.plain else -1
+        pause = LOOK if attempts == 0 and may_leave_seed else -1
         status, taken, position_error, orientation_error, norm, nearest = descend(
             geometry, task, tuning, cap, patience, progress, stop_time, attempts, 0, pause, work, recorder
         )
         if status == PAUSED:
             score_starts(starts, task, scale, work.scores)
-            scored, status = True, STALLED
-            if norm < distance_of(starts, nearest_start(work.scores), task):
+            first, status = nearest_start(work.scores), STALLED
+            if norm < distance_of(starts, first, task):
                 status, taken, position_error, orientation_error, norm, nearest = descend(
                     geometry, task, tuning, cap, patience, progress, stop_time, attempts, taken, -1, work, recorder
                 )
         steps += taken
         attempts += 1
         if status == CONVERGED:
+            moved = unwrap(geometry, work.q, reference)
             if int(tuning.null_space) != NONE:
+                posture = preferences.posture
                 steps += settle(
-                    geometry, task, tuning, preferences.posture, stop_time, attempts - 1, taken, work, recorder
+                    geometry, task, tuning, posture, reference, stop_time, attempts - 1, taken, work, recorder
                 )
-                position_error, orientation_error, _ = errors_at(geometry, task, work)
-            if unwrap(geometry, work.q, reference):
+                unwrap(geometry, work.q, reference)
+            if moved or int(tuning.null_space) != NONE:
                 position_error, orientation_error, _ = errors_at(geometry, task, work)
             rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
             if int(tuning.choice) == FIRST and rank < TOO_FAR and holds(position_error, orientation_error, tuning):
                 assign(answers[0], work.q)
                 return CONVERGED, steps, attempts, 1, position_error, orientation_error
-            before = ranks[0]
-            count = keep_answer(geometry, work.q, rank, answers, ranks, found)
+            before, count = ranks[0], found
+            if holds(position_error, orientation_error, tuning):
+                count = keep_answer(geometry, work.q, rank, answers, ranks, found)
+            else:  # by a rounding of whole turns
+                best_norm, failure = 0.0, STALLED
+                assign(work.best, work.q)
             if count > found or ranks[0] < before:
                 news = attempts
             found = count
@@ -99,16 +107,20 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, answer
         late = status == DEADLINE or (stop_time < math.inf and now(work.clock) > stop_time)
         if attempts >= budget or settled or late:
             break
-        if not scored:
+        if attempts == 1 and first < 0:
             score_starts(starts, task, scale, work.scores)
-            scored = True
-        next_start(starts, attempts, work)
+            first = nearest_start(work.scores)
+        next_start(starts, attempts, first, work)
+        if tuning.respect_limits > 0.0:  # starts are kept in single precision
+            for i in range(len(work.q)):
+                work.q[i] = min(max(work.q[i], geometry.lower[i]), geometry.upper[i])
     if found == 0 and not lone:
         assign(work.q, work.best)
         # What the transpose method cannot do shall not be done for it.
         if not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
             taken, nearest = approach(geometry, task, tuning, stop_time, attempts, work, recorder)
             steps += taken
+            late = stop_time < math.inf and now(work.clock) > stop_time
         position_error, orientation_error, _ = errors_at(geometry, task, work)
         if holds(position_error, orientation_error, tuning):
             unwrap(geometry, work.q, reference)

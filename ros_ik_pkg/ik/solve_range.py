@@ -96,7 +96,7 @@ def solve_rows(model, starts, numbers, targets, seeds, references, out, answers,
         assign(work.weights, weights)
         preferences = Preferences(joint_weights, posture if given > 0 else reference)
         status, steps, attempts, found, position_error, orientation_error = search(
-            geometry, starts, reach, task, tuning, reference, preferences, kept, ranks, work, recorder
+            geometry, starts, reach, task, tuning, reference, preferences, began, kept, ranks, work, recorder
         )
         assign(q, work.q)
         row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts

@@ -101,11 +101,11 @@ def distance_of(starts, k, task):
 
 
 @kernel
-def next_start(starts, attempt, work):
-    """Write the start of attempt 1, 2, ... to work.q: the nearest that was not used yet."""
+def next_start(starts, attempt, first, work):
+    """Write the start of attempt 1, 2, ... to work.q: the nearest that was not used yet; of all it is `first`."""
     m = starts.shape[1]
     if attempt <= m:
-        best = nearest_start(work.scores)
+        best = first if attempt == 1 else nearest_start(work.scores)
         work.scores[best] = np.inf
         for i in range(len(work.q)):
             work.q[i] = starts[i, best]

@@ -159,8 +159,8 @@ def _why(solution: Solution, arm: Arm) -> str:
     """Say in words why there is no answer, and how near the best attempt came."""
     parts = [
         solution.status.text,
-        f'the best of {solution.attempts} attempts is {solution.position_error:.3g} m and '
-        f'{solution.orientation_error:.3g} rad off',
+        (f'the best of {solution.attempts} attempts' if solution.attempts > 1 else 'the tip')
+        + f' is {solution.position_error:.3g} m and {solution.orientation_error:.3g} rad off',
     ]
     if solution.joints_at_limits:
         parts.append('at their limits: ' + ', '.join(arm.joint_names[i] for i in solution.joints_at_limits))

@@ -182,7 +182,9 @@ class IkClient:
 
     def _send(self, pose: PoseStamped) -> float:
         """Send the pending target under a stamp that was not used before; return the moment [s]."""
-        self._newest_stamp = max(self._newest_stamp + 1, self._clock.now().nanoseconds - self._stamp_delay)
+        now = self._clock.now().nanoseconds - self._stamp_delay
+        # A clock that was set back, or a simulation that began anew, is followed.
+        self._newest_stamp = now if now < self._newest_stamp - SECOND else max(self._newest_stamp + 1, now)
         sec, nanosec = stamp = divmod(self._newest_stamp, SECOND)
         self._pending[stamp] = Reply(stamp)
         header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=pose.header.frame_id)

@@ -54,7 +54,7 @@ class Frames:
         started = time.monotonic()
         try:
             found = buffer.lookup_transform(base, frame, Time.from_msg(stamp), Duration(seconds=self._timeout))
-        except tf2_ros.TransformException as error:
+        except (tf2_ros.TransformException, ValueError) as error:  # rclpy has no times before 0
             waited = time.monotonic() - started
             raise RefusedError(
                 'frame',

@@ -70,7 +70,11 @@ class IkNode(Node):
         started = time.perf_counter()
         answer = self._answer(target)
         settings = self._answering.settings
-        self._outputs.publish_command(answer, settings.trajectory_time)
+        try:
+            self._outputs.publish_command(answer, settings.trajectory_time)
+        except Exception as error:  # the target gets its result all the same
+            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
+            answer = self._answering.internal_error(target, error)
         self._health.count(answer, time.perf_counter() - started)
         self._outputs.publish_result(answer)
         self._comparison.submit(answer, settings.compare, settings.options)

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from rclpy.clock import ROSClock
 
 
+LONGEST_TIME = 1e6  # s; a message holds no more than 2^31
+
+
 class StepError(Exception):
     """No configuration is both within the limits and within reach of one step, because of the joint of that index."""
 
@@ -72,7 +75,7 @@ def reach_of_step(velocity_limits: np.ndarray, duration: float) -> np.ndarray:
 
 def travel_time(start: np.ndarray, goal: np.ndarray, velocity_limits: np.ndarray) -> float:
     """Return the shortest time [s] from start to goal (n,) within the velocity limits (n,)."""
-    return float(np.max(np.abs(goal - start) / velocity_limits))
+    return min(float(np.max(np.abs(goal - start) / velocity_limits)), LONGEST_TIME)
 
 
 class StepTimer:
