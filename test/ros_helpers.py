@@ -45,6 +45,7 @@ class Client(IkClient):
         self.solutions: dict[tuple[int, int], list[JointState]] = defaultdict(list)
         self.health: list[DiagnosticStatus] = []
         super().__init__(node, name)
+        assert self._joint_states.topic_name  # there from the start, so that its first message is heard
         self._descriptions = self._publisher(interface.ROBOT_DESCRIPTION)
         self._set_one_by_one = self.node.create_client(SetParameters, f'{self.name}/set_parameters')
         self.node.create_subscription(

@@ -205,7 +205,7 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     finally:
         notice.cancel()
     if NOT_SAVED:
-        report(f'compiled code could not be kept, the next start compiles again: {NOT_SAVED[0]}')
+        report(f'compiled code stays in memory, the next start compiles again: {NOT_SAVED[0]}')
     return time.monotonic() - began
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from threading import RLock
 from typing import Any
 
@@ -69,7 +70,6 @@ class IkClient:
         self._pending: dict[tuple[int, int], Reply] = {}
         self._pending_frame = ''
         self._targets = self._publisher(interface.TARGET_POSE)
-        self._joint_states = self._publisher(interface.JOINT_STATES)
         self._subscribe(interface.SOLUTION, self._on_solution)
         self._subscribe(interface.RESULT, self._on_result)
         if with_iterations:
@@ -143,7 +143,8 @@ class IkClient:
             return self._whole_reply()
 
     def publish_joints(self, positions: Mapping[str, float]) -> None:
-        """Publish joint positions [rad, m], as a robot does."""
+        """Publish joint positions [rad, m], as a robot does; the first time, wait a little for who listens."""
+        self._spin_until(self._joint_states.get_subscription_count, time.monotonic() + SEND_AGAIN)
         message = JointState(name=list(positions), position=list(positions.values()))
         message.header.stamp = self._clock.now().to_msg()
         self._joint_states.publish(message)
@@ -166,6 +167,11 @@ class IkClient:
         result = self._ask('set_parameters_atomically', request).result
         if not result.successful:
             raise NodeError(result.reason)
+
+    @cached_property
+    def _joint_states(self) -> Any:
+        """The publisher of joint states; those who only ask need none, nor the right to have one."""
+        return self._publisher(interface.JOINT_STATES)
 
     def _topic(self, topic: Topic) -> str:
         """Resolve a name of the table as the node does."""
