@@ -48,10 +48,9 @@ class Side:
         self.name, self._poses = name, poses
         self._arrived: dict[tuple[int, int], float] = {}
         self._stretch = 0
-        topic, answers = interface.TARGET_POSE, interface.SOLUTION
-        self._targets = node.create_publisher(topic.type, f'/{name}/{topic.name}', topic.qos)
-        answer_name = f'/{name}/{answers.name.replace("~", interface.NODE_NAME)}'
-        node.create_subscription(answers.type, answer_name, self._on_answer, answers.qos)
+        topic, answers, full_name = interface.TARGET_POSE, interface.SOLUTION, f'/{name}/{interface.NODE_NAME}'
+        self._targets = node.create_publisher(topic.type, topic.of(full_name), topic.qos)
+        node.create_subscription(answers.type, answers.of(full_name), self._on_answer, answers.qos)
 
     def _on_answer(self, message: JointState) -> None:
         stamp = message.header.stamp

@@ -91,7 +91,7 @@ def slow_subscribers(plan: Plan, node: RunningNode, peer: Peer) -> Iterator[Chec
     idle = rclpy.create_node('idle', context=context)  # nobody spins it
     for topic in interface.TOPICS:
         if topic.direction == 'out':
-            idle.create_subscription(topic.type, peer.name_of(topic), lambda message: None, keep_all)
+            idle.create_subscription(topic.type, topic.of(peer.name), lambda message: None, keep_all)
     stream = Stream(peer, plan.seed)
     for _ in ticking(plan.seconds(SECONDS), 'slow subscribers'):
         stream.go(100.0, 0.5)

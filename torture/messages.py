@@ -171,7 +171,7 @@ def _beside(kinds: list[tuple[interface.Topic, Any, QoSProfile]], node: RunningN
     context = rclpy.Context()
     context.init()
     other = rclpy.create_node('odd', context=context)
-    publishers = [other.create_publisher(kind, peer.name_of(topic), qos) for topic, kind, qos in kinds]
+    publishers = [other.create_publisher(kind, topic.of(peer.name), qos) for topic, kind, qos in kinds]
     for _ in range(FEW):
         for publisher in publishers:
             publisher.publish(publisher.msg_type())

@@ -36,7 +36,7 @@ class Peer:
 
     def __init__(self, node: Node, arm: Arm, namespace: str = '', first_stamp: int = SECOND) -> None:
         self.node, self.arm, self._judge = node, arm, Judge(arm)
-        self._prefix = f'/{namespace}' if namespace else ''
+        self.name = f'/{namespace}/{interface.NODE_NAME}' if namespace else f'/{interface.NODE_NAME}'
         self._executor = make_executor()
         self._executor.add_node(node)
         self._stamp = self._first_stamp = first_stamp
@@ -49,21 +49,15 @@ class Peer:
         self.joint_states = self.publisher(interface.JOINT_STATES)
         self._subscribe(interface.SOLUTION, self._on_solution)
         self._subscribe(interface.RESULT, self._on_result)
-        name = f'{self._prefix}/{interface.NODE_NAME}'
-        self._one_by_one = node.create_client(SetParameters, f'{name}/set_parameters')
-        self._atomically = node.create_client(SetParametersAtomically, f'{name}/set_parameters_atomically')
+        self._one_by_one = node.create_client(SetParameters, f'{self.name}/set_parameters')
+        self._atomically = node.create_client(SetParametersAtomically, f'{self.name}/set_parameters_atomically')
 
     def publisher(self, topic: Topic) -> Any:
         """Make a publisher of a topic that the node takes."""
-        return self.node.create_publisher(topic.type, self.name_of(topic), topic.qos)
-
-    def name_of(self, topic: Topic) -> str:
-        """Return the full name of a topic of the node."""
-        name = topic.name.replace('~', interface.NODE_NAME)
-        return name if name.startswith('/') else f'{self._prefix}/{name}'
+        return self.node.create_publisher(topic.type, topic.of(self.name), topic.qos)
 
     def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
-        self.node.create_subscription(topic.type, self.name_of(topic), callback, topic.qos)
+        self.node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
 
     def _on_solution(self, message: JointState) -> None:
         stamp = _nanoseconds(message)

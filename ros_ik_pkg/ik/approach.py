@@ -10,13 +10,12 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.attempt import freeze_pushed
-from ros_ik_pkg.ik.clock import now
+from ros_ik_pkg.ik.clock import passed
 from ros_ik_pkg.ik.compiled import kernel
-from ros_ik_pkg.ik.kinematics import fill_columns, walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import record, record_step
 from ros_ik_pkg.ik.steps import apply_transpose, damped_step
-from ros_ik_pkg.ik.task import measure, shape_columns
+from ros_ik_pkg.ik.task import holds, look
 
 MOST_STEPS = 200
 FIRST_DAMPING = 0.1
@@ -29,32 +28,26 @@ LONGEST_STEP = 0.5  # rad or m of one joint
 
 @kernel
 def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
-    """Bring work.q nearer to the target until it gets no nearer; return the steps taken and the smallest error norm."""
+    """Bring work.q nearer to the target until it gets no nearer; return the steps taken."""
     nearest, damping, idle, k = math.inf, FIRST_DAMPING, 0, 0
     while True:
-        R, p = walk(geometry, work.q, work.axes)
-        position_error, orientation_error, norm = measure(task, R, p, work)
-        fill_columns(geometry, work.axes, p, work.columns)
-        shape_columns(task, R, work.weights, work.columns)
+        position_error, orientation_error, norm, p = look(geometry, task, work)
         assign(work.went, work.q)
         if len(recorder.rows) > 0:
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         idle = idle + 1 if not norm < (1.0 - NO_NEARER) * nearest else 0
-        holds = position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
-        if norm < nearest or holds:
+        reached = holds(position_error, orientation_error, tuning)
+        if norm < nearest or reached:
             nearest, damping = norm, max(LESS * damping, LEAST_DAMPING)
             assign(work.near, work.q)
         else:
             damping *= MORE
-        late = stop_time < math.inf and now(work.clock) > stop_time
-        if holds or late or idle >= PATIENCE or damping > MOST_DAMPING or k >= MOST_STEPS:
+        spent = idle >= PATIENCE or damping > MOST_DAMPING or k >= MOST_STEPS
+        if reached or spent or passed(stop_time, work.clock):
             break
         if norm > nearest:  # take the step back
             assign(work.q, work.near)
-            R, p = walk(geometry, work.q, work.axes)
-            measure(task, R, p, work)
-            fill_columns(geometry, work.axes, p, work.columns)
-            shape_columns(task, R, work.weights, work.columns)
+            look(geometry, task, work)
         if not step_towards(geometry, tuning, damping, work):
             break
         if len(recorder.rows) > 0:
@@ -63,7 +56,7 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
             record_step(recorder, damping, work.dq)
         k += 1
     assign(work.q, work.near)
-    return k, nearest
+    return k
 
 
 @kernel

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-from ros_ik_pkg.ik.clock import now
+from ros_ik_pkg.ik.clock import passed
 from ros_ik_pkg.ik.compiled import inlined, kernel
-from ros_ik_pkg.ik.kinematics import fill_columns, walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import record, record_step
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.steps import apply_transpose, take_step
-from ros_ik_pkg.ik.task import measure, shape_columns
+from ros_ik_pkg.ik.task import holds, look
 
 CONVERGED = int(Status.CONVERGED)
 MAX_ITERATIONS = int(Status.MAX_ITERATIONS)
@@ -40,10 +39,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
     mark, mark_step, previous, rises, nearest = math.inf, 0, math.inf, 0, math.inf
     k = first
     while True:
-        R, p = walk(geometry, work.q, work.axes)
-        position_error, orientation_error, norm = measure(task, R, p, work)
-        fill_columns(geometry, work.axes, p, work.columns)
-        shape_columns(task, R, work.weights, work.columns)
+        position_error, orientation_error, norm, p = look(geometry, task, work)
         if len(recorder.rows) > 0 and (k > first or k == 0):
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         if norm < nearest or k == first:
@@ -51,7 +47,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
             assign(work.near, work.q)
         if not norm < math.inf:
             return NOT_FINITE, k, position_error, orientation_error, norm, nearest
-        if position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance:
+        if holds(position_error, orientation_error, tuning):
             return CONVERGED, k, position_error, orientation_error, norm, nearest
         if k == last:
             return MAX_ITERATIONS, k, position_error, orientation_error, norm, nearest
@@ -64,7 +60,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
         elif k - mark_step >= patience:
             reason = why_no_progress(norm, mark, rises, patience)
             return reason, k, position_error, orientation_error, norm, nearest
-        if stop_time < math.inf and k % CLOCK_EVERY == CLOCK_EVERY - 1 and now(work.clock) > stop_time:
+        if k % CLOCK_EVERY == CLOCK_EVERY - 1 and passed(stop_time, work.clock):
             return DEADLINE, k, position_error, orientation_error, norm, nearest
         damping = limited_step(geometry, tuning, norm, work)
         largest = largest_component(work.dq)

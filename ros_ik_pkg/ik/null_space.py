@@ -10,13 +10,12 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.attempt import largest_component
-from ros_ik_pkg.ik.clock import now
+from ros_ik_pkg.ik.clock import passed
 from ros_ik_pkg.ik.compiled import kernel
-from ros_ik_pkg.ik.kinematics import fill_columns, walk
 from ros_ik_pkg.ik.linalg import ROWS, assign
 from ros_ik_pkg.ik.objectives import cost, curvature, downhill
 from ros_ik_pkg.ik.recorder import record, record_step
-from ros_ik_pkg.ik.task import measure, shape_columns
+from ros_ik_pkg.ik.task import holds, look
 
 MOST_STEPS = 60
 MOST_LOOSE = 6  # steps without the task holding, before it is mended alone
@@ -42,25 +41,22 @@ def settle(geometry, task, tuning, posture, reference, stop_time, attempt, steps
     while True:
         value = cost(geometry, task, tuning, posture, work)
         downhill(geometry, task, tuning, posture, work)
-        R, p = walk(geometry, work.q, work.axes)
-        position_error, orientation_error, norm = measure(task, R, p, work)
-        fill_columns(geometry, work.axes, p, work.columns)
-        shape_columns(task, R, work.weights, work.columns)
+        position_error, orientation_error, norm, p = look(geometry, task, work)
         if len(recorder.rows) > 0 and k > 0:
             record(recorder, geometry, attempt, steps + k, position_error, orientation_error, norm, p, work)
-        holds = position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
-        if holds:
+        held_now = holds(position_error, orientation_error, tuning)
+        if held_now:
             held = k
             if k == 0 or (value < least and within_jump(tuning, reference, work.q)):
                 least = value
                 assign(work.near, work.q)
             else:
                 longest *= 0.5
-        if k >= MOST_STEPS or not norm < math.inf or (stop_time < math.inf and now(work.clock) > stop_time):
+        if k >= MOST_STEPS or not norm < math.inf or passed(stop_time, work.clock):
             break
         most = min(longest, left) if k - held < MOST_LOOSE else 0.0
         length, factor = null_step(geometry, task, tuning, posture, most, factor, work)
-        if holds and not length > SETTLED:
+        if held_now and not length > SETTLED:
             break
         left -= length
         move(geometry, tuning, work)

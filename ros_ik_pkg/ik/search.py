@@ -6,8 +6,8 @@ import math
 
 from ros_ik_pkg.ik.approach import approach
 from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, PAUSED, STALLED, descend
-from ros_ik_pkg.ik.clock import now
-from ros_ik_pkg.ik.compiled import inlined, kernel
+from ros_ik_pkg.ik.clock import passed
+from ros_ik_pkg.ik.compiled import kernel
 from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.null_space import settle
@@ -16,7 +16,7 @@ from ros_ik_pkg.ik.reach import out_of_reach
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.starts import distance_of, nearest_start, next_start, score_starts
 from ros_ik_pkg.ik.steps import TRANSPOSE, joint_step_cap
-from ros_ik_pkg.ik.task import measure
+from ros_ik_pkg.ik.task import holds, measure
 
 UNREACHABLE = int(Status.UNREACHABLE)
 JOINT_JUMP = int(Status.JOINT_JUMP)
@@ -104,7 +104,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
             assign(work.best, work.near)
         settled = found > 0 and attempts - news >= ATTEMPTS_WITHOUT_NEWS
         settled = settled or (found == 0 and attempts - nearer >= ATTEMPTS_NO_NEARER)
-        late = status == DEADLINE or (stop_time < math.inf and now(work.clock) > stop_time)
+        late = status == DEADLINE or passed(stop_time, work.clock)
         if attempts >= budget or settled or late:
             break
         if attempts == 1 and first < 0:
@@ -112,15 +112,13 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
             first = nearest_start(work.scores)
         next_start(starts, attempts, first, work)
         if tuning.respect_limits > 0.0:  # starts are kept in single precision
-            for i in range(len(work.q)):
-                work.q[i] = min(max(work.q[i], geometry.lower[i]), geometry.upper[i])
+            clip(geometry, work.q)
     if found == 0 and not lone:
         assign(work.q, work.best)
         # What the transpose method cannot do shall not be done for it.
         if not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
-            taken, nearest = approach(geometry, task, tuning, stop_time, attempts, work, recorder)
-            steps += taken
-            late = stop_time < math.inf and now(work.clock) > stop_time
+            steps += approach(geometry, task, tuning, stop_time, attempts, work, recorder)
+            late = passed(stop_time, work.clock)
         position_error, orientation_error, _ = errors_at(geometry, task, work)
         if holds(position_error, orientation_error, tuning):
             unwrap(geometry, work.q, reference)
@@ -137,17 +135,18 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
     return failure, steps, attempts, count_near(ranks, found), position_error, orientation_error
 
 
-@inlined
-def holds(position_error, orientation_error, tuning):
-    """Return whether both errors are within tolerance."""
-    return position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
-
-
 @kernel
 def errors_at(geometry, task, work):
     """Return position error [m], orientation error [rad] and weighted norm at work.q."""
     R, p = walk(geometry, work.q, work.axes)
     return measure(task, R, p, work)
+
+
+@kernel
+def clip(geometry, q):
+    """Bring every joint that is outside its limits to the nearer one."""
+    for i in range(len(q)):
+        q[i] = min(max(q[i], geometry.lower[i]), geometry.upper[i])
 
 
 @kernel

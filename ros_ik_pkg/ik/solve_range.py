@@ -9,7 +9,6 @@ import numpy as np
 from ros_ik_pkg.ik.attempt import CONVERGED
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
-from ros_ik_pkg.ik.kinematics import fill_columns, walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import singular_figures
 from ros_ik_pkg.ik.records import (
@@ -21,9 +20,9 @@ from ros_ik_pkg.ik.records import (
     make_records,
     unpack_model,
 )
-from ros_ik_pkg.ik.search import search, unwrap
+from ros_ik_pkg.ik.search import clip, search, unwrap
 from ros_ik_pkg.ik.solution import FIGURES
-from ros_ik_pkg.ik.task import make_task, measure, shape_columns
+from ros_ik_pkg.ik.task import look, make_task
 
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
 # of numbers for each joint are for another arm
@@ -153,8 +152,7 @@ def bring_inside(arm, q):
         outside = outside or q[i] < arm.lower[i] or q[i] > arm.upper[i]
     if outside:
         unwrap(arm, q, q)
-        for i in range(len(q)):
-            q[i] = min(max(q[i], arm.lower[i]), arm.upper[i])
+        clip(arm, q)
     return outside
 
 
@@ -180,8 +178,5 @@ def limits_mask(arm, q):
 @kernel
 def sigma_min(geometry, task, work, scratch):
     """Return the smallest singular value of the task Jacobian at work.q."""
-    R, p = walk(geometry, work.q, work.axes)
-    measure(task, R, p, work)
-    fill_columns(geometry, work.axes, p, work.columns)
-    shape_columns(task, R, work.weights, work.columns)
+    look(geometry, task, work)
     return singular_figures(work.columns, work.weights, scratch)[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.compiled import inlined, kernel
+from ros_ik_pkg.ik.kinematics import fill_columns, walk
 from ros_ik_pkg.ik.linalg import ROWS
 from ros_ik_pkg.ik.pose_error import twist_error
 from ros_ik_pkg.ik.records import Task
@@ -21,6 +22,23 @@ def make_task(T, weights, tolerances, in_tip_axes):
         if weights[r] != 1.0 or tolerances[r] > 0.0:
             plain = 0.0
     return Task(R, (T[0, 3], T[1, 3], T[2, 3]), weights, tolerances, in_tip_axes, plain)
+
+
+@inlined
+def look(geometry, task, work):
+    """Write the error at work.q and the task's Jacobian there to the workspace; return the norms of the error's two
+    halves [m, rad], the norm of the weighted whole, and the position of the tip [m]."""
+    R, p = walk(geometry, work.q, work.axes)
+    position_error, orientation_error, norm = measure(task, R, p, work)
+    fill_columns(geometry, work.axes, p, work.columns)
+    shape_columns(task, R, work.weights, work.columns)
+    return position_error, orientation_error, norm, p
+
+
+@inlined
+def holds(position_error, orientation_error, tuning):
+    """Return whether both errors are within tolerance."""
+    return position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
 
 
 @inlined

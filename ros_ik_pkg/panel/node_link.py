@@ -42,17 +42,11 @@ class NodeLink:
             (interface.COMPARISON_PATHS, self.answers.take_paths),
             (interface.DIAGNOSTICS, self._on_diagnostics),
         ):
-            node.create_subscription(topic.type, self._topic(topic), callback, topic.qos)
+            node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
         self._parameters = AsyncParameterClient(node, self.name)
 
     def _publisher(self, topic: interface.Topic) -> Publisher:
-        return self._node.create_publisher(topic.type, self._topic(topic), topic.qos)
-
-    def _topic(self, topic: interface.Topic) -> str:
-        """Resolve a name of the table as the IK node does."""
-        if topic.name.startswith('~/'):
-            return self.name + topic.name[1:]
-        return topic.name if topic.name.startswith('/') else f'{self.name.rpartition("/")[0]}/{topic.name}'
+        return self._node.create_publisher(topic.type, topic.of(self.name), topic.qos)
 
     @property
     def alive(self) -> bool:

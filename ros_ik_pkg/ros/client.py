@@ -173,18 +173,11 @@ class IkClient:
         """The publisher of joint states; those who only ask need none, nor the right to have one."""
         return self._publisher(interface.JOINT_STATES)
 
-    def _topic(self, topic: Topic) -> str:
-        """Resolve a name of the table as the node does."""
-        if topic.name.startswith('~/'):
-            return self.name + topic.name[1:]
-        namespace = self.name.rpartition('/')[0]
-        return f'{namespace}/{topic.name}'
-
     def _publisher(self, topic: Topic) -> Any:
-        return self.node.create_publisher(topic.type, self._topic(topic), topic.qos)
+        return self.node.create_publisher(topic.type, topic.of(self.name), topic.qos)
 
     def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
-        self.node.create_subscription(topic.type, self._topic(topic), callback, topic.qos)
+        self.node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
 
     def _send(self, pose: PoseStamped) -> float:
         """Send the pending target under a stamp that was not used before; return the moment [s]."""

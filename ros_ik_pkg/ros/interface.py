@@ -40,6 +40,12 @@ class Topic:
             durability=DurabilityPolicy.TRANSIENT_LOCAL if self.latched else DurabilityPolicy.VOLATILE,
         )
 
+    def of(self, node: str) -> str:
+        """Return the full name of the topic of the node with this full name, such as /left/ik_node."""
+        if self.name.startswith('~/'):
+            return node + self.name[1:]
+        return self.name if self.name.startswith('/') else f'{node.rpartition("/")[0]}/{self.name}'
+
 
 TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
 JOINT_STATES = Topic(
