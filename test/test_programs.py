@@ -16,7 +16,9 @@ from ros_ik_pkg.ik import METHODS
 from ros_ik_pkg.tools.demo import REACHABLE
 
 ROOT = Path(__file__).resolve().parents[1]
-MADE_BY_THE_SCRIPTS = Path(sys.prefix, 'ros_ik_pkg.stamp').exists()
+STAMP = Path(sys.prefix, 'ros_ik_pkg.stamp')
+# The scripts of this folder would make an environment of another folder's scripts anew, under whoever uses it.
+MADE_BY_THE_SCRIPTS = STAMP.exists() and STAMP.read_text().startswith(f'{ROOT} | ')
 START_TIMEOUT = '300'  # s; the first start on a machine compiles
 NEAR_HOME = ['0.5', '0.15', '0.3', '0', '90', '0', '--degrees']
 
