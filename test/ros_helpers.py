@@ -44,8 +44,7 @@ class Client(IkClient):
         self.statuses: dict[tuple[int, int], list[DiagnosticStatus]] = defaultdict(list)
         self.solutions: dict[tuple[int, int], list[JointState]] = defaultdict(list)
         self.health: list[DiagnosticStatus] = []
-        super().__init__(node, name)
-        assert self._joint_states.topic_name  # there from the start, so that its first message is heard
+        super().__init__(node, name, with_joint_states=True)
         self._descriptions = self._publisher(interface.ROBOT_DESCRIPTION)
         self._set_one_by_one = self.node.create_client(SetParameters, f'{self.name}/set_parameters')
         self.node.create_subscription(

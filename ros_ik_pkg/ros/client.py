@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from threading import RLock
 from typing import Any
 
@@ -54,10 +53,18 @@ class IkClient:
         Name of the IK node, with its namespace: `/left/ik_node`.
     with_iterations : bool
         Also collect `~/iterations`, which makes the IK node compute them.
+    with_joint_states : bool
+        Also be able to publish joint states; those who only ask need not, nor have the right to.
 
     """
 
-    def __init__(self, node: Node, name: str = interface.NODE_NAME, with_iterations: bool = False) -> None:
+    def __init__(
+        self,
+        node: Node,
+        name: str = interface.NODE_NAME,
+        with_iterations: bool = False,
+        with_joint_states: bool = False,
+    ) -> None:
         self.name = name if name.startswith('/') else f'/{name}'
         self.with_iterations = with_iterations
         self.node = node_beside(node, f'client_of{self.name.replace("/", "_")}')
@@ -70,6 +77,8 @@ class IkClient:
         self._pending: dict[tuple[int, int], Reply] = {}
         self._pending_frame = ''
         self._targets = self._publisher(interface.TARGET_POSE)
+        # From the start, so that the node knows it once `connect` is through: what comes before that is lost unseen.
+        self._joint_states = self._publisher(interface.JOINT_STATES) if with_joint_states else None
         self._subscribe(interface.SOLUTION, self._on_solution)
         self._subscribe(interface.RESULT, self._on_result)
         if with_iterations:
@@ -99,9 +108,9 @@ class IkClient:
             self._parameters = AsyncParameterClient(self.node, self.name)
         if not self._parameters.wait_for_services(timeout):
             raise NodeError(f'no node {self.name} within {timeout:g} s; {WHAT_TO_CHECK}')
-        # DDS announces subscriptions in order, so an answer of the service that was made last proves that the node
-        # knows all of this client. The question, to set nothing, is repeated: a service drops its answer to a client
-        # that it has not discovered yet.
+        # DDS announces subscriptions in order, and publishers too, so an answer of the service that was made last
+        # proves that the node knows all of this client. The question, to set nothing, is repeated: a service drops its
+        # answer to a client that it has not discovered yet.
         while not self._spin_until(
             self._parameters.set_parameters_atomically([]).done, min(deadline, time.monotonic() + ASK_AGAIN)
         ):
@@ -143,7 +152,12 @@ class IkClient:
             return self._whole_reply()
 
     def publish_joints(self, positions: Mapping[str, float]) -> None:
-        """Publish joint positions [rad, m], as a robot does; the first time, wait a little for who listens."""
+        """Publish joint positions [rad, m], as a robot does; the first time, wait a little for who listens.
+
+        They have no common order with targets: a target that is sent right after them may be taken before.
+        """
+        if self._joint_states is None:
+            raise TypeError('to publish joint states, make the client with_joint_states=True')
         self._spin_until(self._joint_states.get_subscription_count, time.monotonic() + SEND_AGAIN)
         message = JointState(name=list(positions), position=list(positions.values()))
         message.header.stamp = self._clock.now().to_msg()
@@ -167,11 +181,6 @@ class IkClient:
         result = self._ask('set_parameters_atomically', request).result
         if not result.successful:
             raise NodeError(result.reason)
-
-    @cached_property
-    def _joint_states(self) -> Any:
-        """The publisher of joint states; those who only ask need none, nor the right to have one."""
-        return self._publisher(interface.JOINT_STATES)
 
     def _publisher(self, topic: Topic) -> Any:
         return self.node.create_publisher(topic.type, topic.of(self.name), topic.qos)

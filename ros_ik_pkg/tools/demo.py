@@ -15,6 +15,7 @@ import numpy as np
 from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm
 from ros_ik_pkg.ik.robot import Arm
 from ros_ik_pkg.ros.client import IkClient, NodeError
+from ros_ik_pkg.ros.reply import Reply
 from ros_ik_pkg.tools.check import Check, judge_reachable, judge_unreachable
 from ros_ik_pkg.tools.domain import own_domain
 from ros_ik_pkg.tools.processes import ros_node, running
@@ -49,7 +50,7 @@ def main() -> int:
             own_domain(),
             running_node(robot) as process,
             ros_node('demo') as node,
-            IkClient(node, with_iterations=True) as client,
+            IkClient(node, with_iterations=True, with_joint_states=True) as client,
         ):
             wait_for_start(client, process)
             return report(list(checks(client, arm)))
@@ -89,12 +90,21 @@ def checks(client: IkClient, arm: Arm) -> Iterator[Check]:
     for method in METHODS:
         client.set_parameters({'method': method, **PARAMETERS})
         for number, target in enumerate([*targets, beyond], start=1):
-            client.publish_joints(home)
-            reply = client.solve(pose_message(target), REPLY_TIMEOUT)
+            reply = ask(client, home, target)
             judge = judge_reachable if number <= REACHABLE else judge_unreachable
             check = judge(arm, method, number, target, reply)
             print(check.line(), flush=True)
             yield check
+
+
+def ask(client: IkClient, home: dict[str, float], target: np.ndarray) -> Reply:
+    """Send joints and target (4, 4), both again while the target is taken first: two topics have no common order."""
+    deadline = time.monotonic() + REPLY_TIMEOUT
+    while True:
+        client.publish_joints(home)
+        reply = client.solve(pose_message(target), REPLY_TIMEOUT)
+        if reply.figures['status'] != 'joint_states' or time.monotonic() > deadline:
+            return reply
 
 
 def reachable_targets(arm: Arm) -> list[np.ndarray]:
