@@ -65,6 +65,10 @@ class RunningNode:
         """Return the log so far."""
         return self.log.read_text(errors='replace')
 
+    def lines(self) -> int:
+        """Return how many lines the log has so far."""
+        return self.said().count('\n')
+
     def usage(self) -> Usage:
         """Read what the process holds from /proc."""
         proc = Path(f'/proc/{self.process.pid}')  # also behind `unshare` and `ip netns exec`, which become the node
