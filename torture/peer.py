@@ -108,12 +108,12 @@ class Peer:
 
     def fault(self, q: np.ndarray, timeout: float = TIMEOUT) -> str:
         """Send the joints and the pose of q (n,) until it is solved; say what is wrong with the answer."""
-        pose, end = self.pose(q), time.monotonic() + timeout
+        pose, end, stamps = self.pose(q), time.monotonic() + timeout, []
         while time.monotonic() < end:
             self.send_joints(q)
-            stamp = self.send(pose)
-            if self.wait(lambda stamp=stamp: stamp in self.solutions, 0.5):
-                return self.wrongness(stamp, q)
+            stamps.append(self.send(pose))
+            if self.wait(lambda: not self.solutions.keys().isdisjoint(stamps), 0.5):
+                return next(filter(None, (self.wrongness(stamp, q) for stamp in stamps if stamp in self.solutions)), '')
         return f'no solution of a good target for {timeout:g} s; outcomes {set(self.outcomes.values()) or "none"}'
 
     def pose(self, q: np.ndarray) -> PoseStamped:

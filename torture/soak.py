@@ -13,14 +13,14 @@ from rclpy.parameter import Parameter
 
 from ros_ik_pkg.ik import METHODS, load_arm
 from torture.peer import Peer, connected
-from torture.plan import Check, Plan, ticking, unless
+from torture.plan import Check, Plan, progress, unless
 from torture.running import RunningNode, Usage, running_node
 from torture.stream import Stream
 
 SECONDS = 20 * 60.0
 RATE = 500.0  # Hz
 STEP = 1.0  # s between two looks at the node
-STRETCH = 60.0  # s after which what came is judged and forgotten, or this process would grow
+STRETCH = 60  # steps after which what came is judged and forgotten, or this process would grow
 WARM_UP = 0.1  # of the time
 GROWTH = 2.0  # MB
 # Changes that leave every target of the stream solvable.
@@ -50,18 +50,19 @@ def stream(seconds: float, seed: int, node: RunningNode, peer: Peer) -> tuple[li
     """Stream and change parameters; return what the node held every second, counts, and what went wrong."""
     usages, changes, part = [], cycle(CHANGES), Stream(peer, seed)
     figures = dict.fromkeys(('targets', 'solved', 'joint states', 'changes', 'after a newer one'), 0)
-    for elapsed in ticking(seconds, 'soak'):
+    steps = max(1, round(seconds / STEP))
+    for step in progress(range(1, steps + 1), 'soak'):
         part.go(RATE, STEP)
         usages.append(node.usage())
-        if len(usages) % 2 == 0 and (fault := change(next(changes), peer)):
+        if step % 2 == 0 and (fault := change(next(changes), peer)):
             return usages, figures, fault
-        figures['changes'] += len(usages) % 2 == 0
-        if len(usages) % STRETCH == 0 or elapsed + 2 * STEP > seconds:
+        figures['changes'] += step % 2 == 0
+        if step % STRETCH == 0 or step == steps:
             if fault := part.fault_at_end() or node.fault():
                 return usages, figures, fault
             for what, number in part.counts().items():
                 figures[what] += number
-            part = Stream(peer, seed + len(usages))
+            part = Stream(peer, seed + step)
     return usages, figures, ''
 
 
