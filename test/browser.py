@@ -22,7 +22,8 @@ FLAGS = (
     '--disable-background-networking', '--disable-component-update', '--disable-sync',
 )  # fmt: skip
 START_TIMEOUT = 300.0  # s; the first start on a machine compiles
-PAGE_TIMEOUT = 60e3  # ms; without a graphics card two cores draw a frame in a second
+PAGE_TIMEOUT = 120e3  # ms; without a graphics card two cores draw a frame in a second, where nothing else is to do
+STOP_TIMEOUT = 60.0  # s; far beyond what it takes
 
 
 def need_browser() -> None:
@@ -69,13 +70,16 @@ def running(log: Path, module: str, *arguments: str) -> Iterator[subprocess.Pope
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-                assert process.wait(20.0) == 0, log.read_text()
+                try:
+                    assert process.wait(STOP_TIMEOUT) == 0, log.read_text()
+                finally:
+                    process.kill()
 
 
 def address(log: Path) -> str:
     """Wait until the panel prints where it is."""
     deadline = time.monotonic() + START_TIMEOUT
-    while not (found := re.search(r'open (http://\S+)', log.read_text())):
+    while not (found := re.search(r'open (http://\S+) ', log.read_text())):
         assert time.monotonic() < deadline, log.read_text()
         time.sleep(0.05)
     return found[1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import time
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from chains import chain
-from ros_helpers import allow_lark
+from ros_helpers import TIMEOUT, allow_lark
 
 from bench import check, iteration, peers, ros
 from bench.__main__ import make_parser, read_arguments
@@ -54,7 +55,7 @@ def reachable(panda):
 
 @pytest.fixture(scope='module')
 def answers(panda, reachable):
-    return solve_batch(panda, reachable.targets, reachable.seeds).q
+    return solve_batch(panda, reachable.targets, reachable.seeds, SolveOptions(deadline=0.0)).q
 
 
 def test_help_names_every_option():
@@ -179,7 +180,8 @@ def test_a_library_that_raises_has_no_answer():
 @pytest.fixture(scope='module')
 def entries(panda, tmp_path_factory):
     process = WorkerProcess('ours')
-    names, _ = process.load(make_model(panda, 'panda', tmp_path_factory.mktemp('arms')), {'max_attempts': 100})
+    model = make_model(panda, 'panda', tmp_path_factory.mktemp('arms'))
+    names, _ = process.load(model, {'max_attempts': 100, 'deadline': 0.0})
     yield [Entry(name, process, name) for name in names]
     process.close()
 
@@ -334,13 +336,16 @@ def test_batches_are_timed_on_one_worker_and_on_two(panda):
 
 
 @allow_lark
-def test_a_round_trip_over_ros_is_timed(panda):
+def test_a_round_trip_over_ros_is_timed(panda, monkeypatch):
     with ros_node('bench') as node:
         executor = make_executor()
         executor.add_node(node)
         side = ros.Side(node, 'echo', ros.poses_of(panda))
         with ros.running(ros.command_of('echo', panda, 'panda'), 'echo'):
             side.wait(executor.spin_once)
+            monkeypatch.setattr(ros, 'PATIENCE', TIMEOUT)  # for the last answer, on a busy machine
+            began = time.perf_counter()
             trips = side.stretch(executor.spin_once, 50.0, 10)
+            seconds = time.perf_counter() - began
     assert np.isfinite(trips[-1])
-    assert 0.0 < np.nanmin(trips) < ros.PATIENCE
+    assert 0.0 < np.nanmin(trips) <= np.nanmax(trips) < seconds

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import signal
 import socket
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from browser import address, need_browser, open_page, running
-from ros_helpers import TIMEOUT, Client, allow_lark
+from browser import PAGE_TIMEOUT, START_TIMEOUT, address, need_browser, open_page, running
+from ros_helpers import CALM_ARGUMENTS, TIMEOUT, Client, allow_lark
 
 from ros_ik_pkg.compare.table import cells
 from ros_ik_pkg.ik import METHODS
@@ -23,7 +25,7 @@ from ros_ik_pkg.tools.processes import ros_node
 need_browser()
 pytestmark = [allow_lark, pytest.mark.once]
 NODE = ('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', 'max_iterations:=2000', '-p', 'position_tolerance:=1e-6',
-        '-p', 'orientation_tolerance:=1e-6')  # fmt: skip
+        '-p', 'orientation_tolerance:=1e-6', *CALM_ARGUMENTS)  # fmt: skip
 
 ROWS = """() => [...document.querySelectorAll('[data-testid=comparison] tr[data-method]')]
     .map(row => [...row.cells].map(cell => cell.innerText))"""
@@ -74,7 +76,7 @@ def node(tmp_path_factory):
 def listener(node):
     with ros_node('test_panel') as ros:
         client = Listener(ros)
-        client.connect(timeout=300.0)
+        client.connect(START_TIMEOUT)
         yield client
 
 
@@ -116,11 +118,19 @@ def told_by(comparison) -> dict[str, list[str]]:
     return {run.method: list(cells(run)[1:]) for run in runs}
 
 
-def wait_for_text(page, name: str, text: str) -> str:
+def wait_for_text(page, name: str, text: str, timeout: float = PAGE_TIMEOUT) -> str:
     """Wait until a part of the page holds a text, and return all of it."""
     part = page.get_by_test_id(name)
-    part.filter(has_text=text).wait_for()
+    part.filter(has_text=text).wait_for(timeout=timeout)
     return part.inner_text()
+
+
+def wait_for_rows(page, wanted: Callable[[dict[str, list[str]]], object]) -> None:
+    """Wait until the table is as wanted: the parts of a page change one after the other."""
+    deadline = time.monotonic() + TIMEOUT
+    while not wanted(shown := rows(page)):
+        assert time.monotonic() < deadline, shown
+        page.wait_for_timeout(50)
 
 
 def press(page, name: str) -> None:
@@ -158,14 +168,14 @@ def test_at_the_singular_wrist_the_page_says_in_words_how_pinv_failed(page, scre
     press(page, 'Wrist singular')
     words = wait_for_text(page, 'words', 'pinv diverged')
     assert 'smallest singular value' in words and 'converged' in words
-    assert rows(page)['pinv'][-1] == 'diverged'
+    wait_for_rows(page, lambda rows: rows['pinv'][-1] == 'diverged')
     screenshot('panel_singular.png')
 
 
 def test_out_of_reach_the_page_says_so_and_no_method_converges(page):
     press(page, 'Unreachable')
     assert 'out of reach' in wait_for_text(page, 'node', 'out of reach')
-    assert 'converged' not in {row[-1] for row in rows(page).values()}
+    wait_for_rows(page, lambda rows: rows and 'converged' not in {row[-1] for row in rows.values()})
 
 
 def test_the_method_of_the_node_is_switched_from_the_page(page, listener):
@@ -183,7 +193,7 @@ def test_methods_are_switched_off_on_the_page(page):
     page.get_by_role('tab', name='Parameters').click()
     page.get_by_label('transpose', exact=True).uncheck()
     page.get_by_test_id('comparison').locator('tr[data-method=transpose]').wait_for(state='detached')
-    assert list(rows(page)) == [method for method in METHODS if method != 'transpose']
+    wait_for_rows(page, lambda rows: list(rows) == [method for method in METHODS if method != 'transpose'])
     page.get_by_label('transpose', exact=True).check()
     page.get_by_test_id('comparison').locator('tr[data-method=transpose]').wait_for()
 
@@ -212,7 +222,7 @@ def test_a_killed_node_is_missed_and_found_again_with_the_parameters_of_the_page
     node.kill()
     wait_for_text(page, 'node', 'no IK node')
     node.start()
-    wait_for_text(page, 'node', 'solved by sdls')
+    wait_for_text(page, 'node', 'solved by sdls', 1e3 * START_TIMEOUT)
     listener.connect(timeout=TIMEOUT)
     assert listener.parameter('robot') == 'panda'
     assert listener.parameter('max_iterations') == 2000

@@ -10,9 +10,14 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from ros_helpers import CALM_ARGUMENTS
 
 from ros_ik_pkg.ik import METHODS
+from ros_ik_pkg.ros.reply import Reply
+from ros_ik_pkg.tools import demo
 from ros_ik_pkg.tools.demo import REACHABLE
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -20,6 +25,8 @@ STAMP = Path(sys.prefix, 'ros_ik_pkg.stamp')
 # The scripts of this folder would make an environment of another folder's scripts anew, under whoever uses it.
 MADE_BY_THE_SCRIPTS = STAMP.exists() and STAMP.read_text().startswith(f'{ROOT} | ')
 START_TIMEOUT = '300'  # s; the first start on a machine compiles
+STOP_TIMEOUT = 60.0  # s; far beyond what it takes
+ROS_ARGUMENTS = ['--ros-args', '-p', 'seed_source:=home', *CALM_ARGUMENTS]
 NEAR_HOME = ['0.5', '0.15', '0.3', '0', '90', '0', '--degrees']
 
 
@@ -31,17 +38,19 @@ def run(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.fixture(scope='module')
 def node() -> Iterator[subprocess.Popen[bytes]]:
     """The node as scripts/run starts it, or its module where this environment is not one of the scripts."""
-    command = [ROOT / 'scripts' / 'run', '--robot=puma560', '--method', 'sdls', '--ros-args', '-p', 'seed_source:=home']
+    command = [ROOT / 'scripts' / 'run', '--robot=puma560', '--method', 'sdls', *ROS_ARGUMENTS]
     if not MADE_BY_THE_SCRIPTS:
-        parameters = ['robot:=puma560', 'method:=sdls', 'seed_source:=home']
-        arguments = [part for parameter in parameters for part in ('-p', parameter)]
-        command = [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args', *arguments]
+        parameters = ['-p', 'robot:=puma560', '-p', 'method:=sdls']
+        command = [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', *ROS_ARGUMENTS, *parameters]
     environment = {**os.environ, 'ROS_IK_VENV': sys.prefix}
     process = subprocess.Popen(command, cwd=ROOT, env=environment)
     run('send_target', *NEAR_HOME, '--timeout', START_TIMEOUT)
     yield process
     process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=10) == 0
+    try:
+        assert process.wait(STOP_TIMEOUT) == 0
+    finally:
+        process.kill()
 
 
 def test_demo_finds_every_answer_right():
@@ -54,6 +63,23 @@ def test_demo_finds_every_answer_right():
         assert 'unreachable' in lines[-1]
     total = len(METHODS) * (REACHABLE + 1)
     assert f'{total} of {total} answers right' in done.stdout
+
+
+def test_demo_asks_again_while_the_joints_come_late():
+    class Client:
+        asked = published = 0
+
+        def publish_joints(self, positions):
+            self.published += 1
+
+        def solve(self, pose, timeout):
+            self.asked += 1
+            status = 'joint_states' if self.asked < 3 else 'unreachable'
+            return Reply((0, 0), DiagnosticStatus(values=[KeyValue(key='status', value=status)]))
+
+    client = Client()
+    assert demo.ask(client, {}, np.eye(4)).figures['status'] == 'unreachable'
+    assert client.asked == client.published == 3
 
 
 def test_demo_says_what_is_wrong_with_a_robot():

@@ -11,12 +11,13 @@ from random import Random
 
 import numpy as np
 import pytest
-from ros_helpers import allow_lark
+from ros_helpers import CALM, CALM_ARGUMENTS, TIMEOUT, allow_lark
 
 from bench.check import make_group
 from ros_ik_pkg.ik import load_arm
 from torture import __main__ as command
 from torture import files, load, messages, parameters, soak, solves
+from torture import peer as peer_module
 from torture.cable import CLEAR, CUT, Cable, Weather
 from torture.hostile import HOSTILE
 from torture.peer import connected
@@ -38,7 +39,9 @@ def assert_right(checks) -> None:
 
 @pytest.fixture(scope='module')
 def node():
-    with running_node() as node:
+    """A node that solves every good target, also where a busy machine holds it up."""
+    with pytest.MonkeyPatch.context() as patch, running_node(*CALM_ARGUMENTS) as node:
+        patch.setattr(peer_module, 'DEFAULTS', peer_module.DEFAULTS | CALM)
         yield node
 
 
@@ -46,6 +49,15 @@ def node():
 def peer(node):
     with connected(ARM) as peer:
         yield peer
+
+
+def go_until(stream, rate, seconds, condition) -> None:
+    """Stream for so long, and again where a busy machine has not done enough in the time."""
+    deadline = time.monotonic() + TIMEOUT
+    stream.go(rate, seconds)
+    while not condition():
+        assert time.monotonic() < deadline
+        stream.go(rate, seconds)
 
 
 def test_random_solves_are_right_whatever_the_seed():
@@ -79,9 +91,8 @@ def test_any_parameter_value_is_taken_or_refused_with_a_reason(node, peer):
 
 def test_targets_and_joint_states_at_speed_are_answered_in_order(node, peer):
     stream = Stream(peer, 7)
-    stream.go(500.0, 1.0)
+    go_until(stream, 500.0, 1.0, lambda: len(peer.solutions) > 10)
     assert stream.fault_at_end() == ''
-    assert stream.counts()['solved'] > 10
 
 
 def test_of_a_burst_the_last_target_is_solved(node, peer):
@@ -90,7 +101,7 @@ def test_of_a_burst_the_last_target_is_solved(node, peer):
 
 def test_an_answer_after_that_to_a_newer_target_is_noticed(peer):
     stream = Stream(peer, 7)
-    stream.go(100.0, 0.2)
+    go_until(stream, 100.0, 0.2, lambda: len(peer.results) > 1)
     assert stream.fault_at_end() == ''
     peer.results[-1], peer.results[-2] = peer.results[-2:]
     assert 'after one to a newer target' in stream.fault_at_end()
@@ -135,27 +146,26 @@ def test_a_hostile_file_is_refused(name, tmp_path):
     assert (outcome, fault) == ('refused', '') and seconds < files.MOST_SECONDS
 
 
+class CountingCable(Cable):
+    """A cable that counts the frames that were put into it."""
+
+    taken = 0
+
+    def _take(self, frame: bytes, end: int) -> None:
+        super()._take(frame, end)
+        self.taken += 1
+
+
 @pytest.fixture
 def cable():
     """A cable between two sockets: what one sends, the other gets."""
     (left, right), (one, other) = ((socket.socketpair(type=socket.SOCK_DGRAM)) for _ in range(2))
-    cable = Cable((right.fileno(), other.fileno()), 7)
+    cable = CountingCable((right.fileno(), other.fileno()), 7)
     cable.start()
     yield cable, left, one
     cable.close()
     for end in (left, right, one, other):
         end.close()
-
-
-def received(end: socket.socket) -> int:
-    """Count what comes until nothing comes any more."""
-    end.settimeout(0.3)
-    count = 0
-    try:
-        while end.recv(100):
-            count += 1
-    except TimeoutError:
-        return count
 
 
 @pytest.mark.parametrize(
@@ -167,14 +177,21 @@ def test_a_cable_does_what_the_weather_says(cable, weather, least, most):
     cable.weather = weather
     for _ in range(20):
         left.send(b'frame')
-    assert least <= received(one) <= most
+    deadline = time.monotonic() + TIMEOUT
+    while cable.taken < 20:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    cable.weather = CLEAR
+    left.send(b'end')  # what comes out comes before it: nothing delays a frame here
+    one.settimeout(TIMEOUT)
+    assert least <= len(list(iter(lambda: one.recv(100), b'end'))) <= most
 
 
 def test_a_cable_delays(cable):
     cable, left, one = cable
     cable.weather, began = Weather(delay=0.15), time.monotonic()
     one.send(b'frame')
-    left.settimeout(20.0)
+    left.settimeout(TIMEOUT)
     assert left.recv(100) == b'frame' and time.monotonic() - began >= 0.15
 
 
