@@ -21,11 +21,11 @@ SCRIPTS = sorted(path.name for path in (ROOT / 'scripts').iterdir() if os.access
 PROGRAMS = {'demo': demo, 'send_target': send_target, 'set_param': set_param}
 BARE = {'PATH': '/usr/bin:/bin', 'HOME': '/nonexistent'}
 
-# Stands for an interpreter: makes environments whose pip only takes its time and keeps a record.
+# Stands for an interpreter: makes environments whose pip keeps a record, and waits until a file is gone.
 FAKE_PYTHON = """#!/bin/sh
 case "$1 $2" in
 "-m venv") mkdir -p "$3/bin" && cp "$0" "$3/bin/python" ;;
-"-m pip") echo installed >>"$RECORD"; sleep "${PIP_TAKES:-0}" ;;
+"-m pip") echo installed >>"$RECORD"; while [ -e "$PIP_WAITS_FOR" ]; do sleep 0.02; done ;;
 "- "*) cat >/dev/null; echo "$0" ;;
 esac
 """
@@ -65,6 +65,7 @@ class Setup:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.record = folder / 'record'
+        self.hold = folder / 'hold'
         self.venv = folder / 'repo' / '.venv'
         (folder / 'repo' / 'scripts').mkdir(parents=True)
         shutil.copy(ROOT / 'setup.cfg', folder / 'repo')
@@ -122,15 +123,21 @@ def test_an_extra_is_added_to_the_environment_that_is_there(setup):
 
 
 def test_two_set_ups_at_once_make_one_environment(setup):
-    both = [setup.start('ros', PIP_TAKES='1') for _ in range(2)]
-    outputs = [process.communicate() for process in both]
-    assert [process.returncode for process in both] == [0, 0], outputs
+    setup.hold.touch()
+    first = setup.start('ros', PIP_WAITS_FOR=str(setup.hold))
+    assert 'making' in first.stderr.readline()
+    assert 'installing' in first.stderr.readline()
+    second = setup.start('ros')
+    assert 'waiting for another run' in second.stderr.readline()
+    setup.hold.unlink()
+    outputs = [process.communicate() for process in (first, second)]
+    assert [first.returncode, second.returncode] == [0, 0], outputs
     assert setup.installs == 1
-    assert sum('waiting for another run' in err for _, err in outputs) == 1
 
 
 def test_an_interrupted_set_up_starts_afresh(setup):
-    process = setup.start('ros', PIP_TAKES='60')
+    setup.hold.touch()
+    process = setup.start('ros', PIP_WAITS_FOR=str(setup.hold))
     assert 'making' in process.stderr.readline()
     assert 'installing' in process.stderr.readline()
     os.killpg(process.pid, signal.SIGKILL)
