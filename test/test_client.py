@@ -30,6 +30,7 @@ from std_msgs.msg import Empty
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros import IkClient, NodeError
+from ros_ik_pkg.ros.process import spin
 from ros_ik_pkg.tools.processes import ros_node, running
 
 pytestmark = [allow_lark, pytest.mark.newest]
@@ -114,7 +115,7 @@ def test_threads_that_share_a_client_take_turns(client):
 
 
 def test_a_callback_of_a_node_that_is_spun_elsewhere_may_call_solve(client, program):
-    (target,), replies, done = targets(seed=4, count=1), [], threading.Event()
+    (target,), replies, done, over = targets(seed=4, count=1), [], threading.Event(), threading.Event()
 
     def call(_message):
         replies.append(client.solve(pose_of(target), TIMEOUT))
@@ -122,8 +123,7 @@ def test_a_callback_of_a_node_that_is_spun_elsewhere_may_call_solve(client, prog
 
     program.create_subscription(Empty, 'call', call, 1)
     trigger, executor = program.create_publisher(Empty, 'call', 1), SingleThreadedExecutor()
-    executor.add_node(program)
-    thread = threading.Thread(target=executor.spin)
+    thread = threading.Thread(target=spin, args=(executor, program, over.is_set))
     thread.start()
     try:
         deadline = time.monotonic() + TIMEOUT
@@ -133,8 +133,9 @@ def test_a_callback_of_a_node_that_is_spun_elsewhere_may_call_solve(client, prog
         trigger.publish(Empty())
         assert done.wait(TIMEOUT)
     finally:
-        executor.shutdown()
+        over.set()
         thread.join()
+        executor.shutdown()
     assert distance(replies[0], target) < NEAR
 
 

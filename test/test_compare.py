@@ -160,7 +160,7 @@ def test_json_holds_the_same_and_nothing_that_json_cannot(tmp_path, notes):
 def test_other_robots_get_a_seed_and_a_target_within_reach():
     for robot in ('ur5', 'panda', 'stanford'):
         problem = make_problem(load_arm(robot), None, None)
-        assert solve(problem.arm, problem.target, problem.seed).converged
+        assert solve(problem.arm, problem.target, problem.seed, SolveOptions(deadline=0.0)).converged
         assert not np.allclose(problem.arm.forward(problem.seed), problem.target, atol=0.05)
 
 
