@@ -11,6 +11,8 @@ import importlib.util
 import itertools
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -22,6 +24,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros_helpers import (
     DEFAULTS,
     ROOT,
+    START_TIMEOUT,
     TIMEOUT,
     Client,
     allow_lark,
@@ -231,3 +234,24 @@ def test_a_signal_ends_the_node_in_time_while_it_waits_for_a_transform(running, 
         assert seconds_to_end(process) < STOP_TIMEOUT
     assert process.returncode == 0
     assert 'Traceback' not in log.read_text()
+
+
+SIGNAL_BEFORE_SPINNING = """
+import os, signal, sys
+from ros_ik_pkg.ros import ik_node, node
+
+class IkNode(node.IkNode):
+    def __init__(self):
+        super().__init__()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+node.IkNode = IkNode
+sys.exit(ik_node.main(sys.argv))
+"""
+
+
+def test_a_signal_before_the_node_spins_ends_it_without_a_word(stand_in):
+    command = [sys.executable, '-c', SIGNAL_BEFORE_SPINNING, '--ros-args', '-r', '__ns:=/early']
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=START_TIMEOUT)
+    assert done.returncode == 0
+    assert 'ready: ' in done.stderr and 'Traceback' not in done.stderr, done.stderr

@@ -54,7 +54,8 @@ def spin(executor: Executor, node: Node, stopped: Callable[[], bool]) -> None:
         try:
             executor.spin_once(timeout_sec=SPIN_PERIOD)  # without a timeout it would not see that it is stopped
         except Exception:
-            node.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
+            if node.context.ok():  # a signal while the program starts shuts down what other threads spin already
+                node.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
     executor.remove_node(node)
 
 
