@@ -21,7 +21,7 @@ FLAGS = (
     '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync',
 )  # fmt: skip
-START_TIMEOUT = 300.0  # s; the first start on a machine compiles
+START_TIMEOUT = 900.0  # s; the first start on a machine compiles, a busy one for minutes
 PAGE_TIMEOUT = 120e3  # ms; without a graphics card two cores draw a frame in a second, where nothing else is to do
 STOP_TIMEOUT = 60.0  # s; far beyond what it takes
 

@@ -177,4 +177,5 @@ def test_a_parameter_of_a_type_that_ros_does_not_have_does_not_end_the_node(clie
     request = SetParameters.Request(
         parameters=[ParameterMessage(name='method', value=ParameterValue(type=77, string_value='dls'))]
     )
-    client.node.create_client(SetParameters, '/ik_node/set_parameters').call_async(request)
+    client._set_one_by_one.call_async(request)
+    assert_right(client)

@@ -56,7 +56,7 @@ def in_a_new_process(program, **environment):
     paths = os.pathsep.join([str(HOME), os.environ.get('PYTHONPATH', '')])
     result = subprocess.run(
         [sys.executable, '-c', program],
-        env=os.environ | {'PYTHONPATH': paths} | environment, cwd=HOME, capture_output=True, text=True, timeout=300,
+        env=os.environ | {'PYTHONPATH': paths} | environment, cwd=HOME, capture_output=True, text=True, timeout=900,
     )  # fmt: skip
     assert result.returncode == 0, result.stderr
     return result.stdout.strip()

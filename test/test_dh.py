@@ -214,14 +214,14 @@ def test_bytes_that_are_no_text_are_refused():
         parse_dh(b'\xff\xfe\xfa name: x')
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150, deadline=None, derandomize=True)  # the same cases in every run
 @given(st.integers(0, len(TABLE)), st.integers(0, 40), st.text(max_size=12))
 def test_a_table_with_a_piece_replaced_loads_or_is_refused(start, length, piece):
     with contextlib.suppress(ModelError):
         parse_dh(TABLE[:start] + piece + TABLE[start + length :])
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)  # the same cases in every run
 @given(st.binary(max_size=200))
 def test_any_bytes_load_or_are_refused(content):
     with contextlib.suppress(ModelError):

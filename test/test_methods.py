@@ -138,7 +138,7 @@ def new_process():
     home = str(Path(ros_ik_pkg.__file__).parents[1])
     command = [sys.executable, '-c', IN_A_NEW_PROCESS, *METHODS]
     environment = os.environ | {'PYTHONPATH': os.pathsep.join([home, os.environ.get('PYTHONPATH', '')])}
-    result = subprocess.run(command, env=environment, cwd=home, capture_output=True, text=True, timeout=300)
+    result = subprocess.run(command, env=environment, cwd=home, capture_output=True, text=True, timeout=900)
     assert result.returncode == 0, result.stderr
     return result.stdout.splitlines()
 

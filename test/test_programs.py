@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 STAMP = Path(sys.prefix, 'ros_ik_pkg.stamp')
 # The scripts of this folder would make an environment of another folder's scripts anew, under whoever uses it.
 MADE_BY_THE_SCRIPTS = STAMP.exists() and STAMP.read_text().startswith(f'{ROOT} | ')
-START_TIMEOUT = '300'  # s; the first start on a machine compiles
+START_TIMEOUT = '900'  # s; the first start on a machine compiles
 STOP_TIMEOUT = 60.0  # s; far beyond what it takes
 ROS_ARGUMENTS = ['--ros-args', '-p', 'seed_source:=home', *CALM_ARGUMENTS]
 NEAR_HOME = ['0.5', '0.15', '0.3', '0', '90', '0', '--degrees']

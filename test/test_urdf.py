@@ -253,13 +253,13 @@ def load_or_refuse(text):
         assert np.isfinite(arm.forward(arm.home)).all()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150, deadline=None, derandomize=True)  # the same cases in every run
 @given(st.integers(0, len(FUZZED)), st.integers(0, 60), st.text(max_size=12))
 def test_a_robot_with_a_piece_replaced_loads_or_is_refused(start, length, piece):
     load_or_refuse(FUZZED[:start] + piece + FUZZED[start + length :])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150, deadline=None, derandomize=True)  # the same cases in every run
 @given(
     st.integers(1, 500),
     st.sampled_from(
@@ -291,7 +291,7 @@ def test_a_robot_with_an_attribute_replaced_loads_or_is_refused(place, value):
     load_or_refuse('"'.join([*words[:place], value, *words[place + 1 :]]))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None, derandomize=True)  # the same cases in every run
 @given(st.integers(1, len(FUZZED)))
 def test_a_robot_cut_short_is_refused(length):
     with pytest.raises(ModelError):

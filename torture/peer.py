@@ -26,6 +26,7 @@ from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
 
 TIMEOUT = 20.0  # s without an answer: a hang
+START_TIMEOUT = 60.0  # s
 TOLERANCE = 1e-5  # m, rad: the default
 SECOND = 10**9  # ns
 DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
@@ -136,19 +137,29 @@ class Peer:
         """Return the times from sending a target to its solution [s]."""
         return np.array([arrived - self.sent[stamp] for stamp, arrived in self.arrived.items()])
 
-    def set_parameters(self, changes: Sequence[ParameterMessage], atomically: bool = True) -> list[Any] | None:
+    def set_parameters(
+        self, changes: Sequence[ParameterMessage], atomically: bool = True, timeout: float = TIMEOUT
+    ) -> list[Any] | None:
         """Set parameters and return the results; None where no answer came in time."""
         client, kind = (
             (self._atomically, SetParametersAtomically) if atomically else (self._one_by_one, SetParameters)
         )
-        end = time.monotonic() + TIMEOUT
-        if not self.wait(client.service_is_ready):
+        end = time.monotonic() + timeout
+        if not self.wait(client.service_is_ready, timeout):
             return None
         future = client.call_async(kind.Request(parameters=list(changes)))
         if not self.wait(future.done, end - time.monotonic()):
             return None
         response = future.result()
         return [response.result] if atomically else response.results
+
+    def unheard(self, timeout: float) -> str:
+        """Ask until the parameter service answers: it drops answers to a client that it has not discovered yet."""
+        end = time.monotonic() + timeout
+        while self.set_parameters([], timeout=0.5) is None:
+            if time.monotonic() > end:
+                return f'no answer of the parameter service for {timeout:g} s'
+        return ''
 
     def send_unanswered(self, changes: Sequence[ParameterMessage]) -> None:
         """Call the parameter service once for each change, and wait for nothing."""
@@ -174,6 +185,6 @@ def connected(arm: Arm, namespace: str = '') -> Iterator[Peer]:
     """Make a peer in this process that the running node answers."""
     with ros_node('torture') as node:
         peer = Peer(node, arm, namespace)
-        if fault := peer.fault(arm.home, 60.0):
+        if fault := peer.fault(arm.home, START_TIMEOUT) or peer.unheard(START_TIMEOUT):
             raise RuntimeError(fault)
         yield peer
