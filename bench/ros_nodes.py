@@ -24,8 +24,8 @@ class Echo(Node):
         super().__init__(interface.NODE_NAME)
         self._names = [f'joint{k}' for k in range(joints)]
         self._positions = [0.0] * joints
-        self._solution = interface.publisher(self, interface.SOLUTION)
-        topic = interface.TARGET_POSE
+        solution, topic = interface.SOLUTION, interface.TARGET_POSE
+        self._solution = self.create_publisher(solution.type, solution.name, solution.qos)
         self.create_subscription(topic.type, topic.name, self._on_target, topic.qos)
 
     def _on_target(self, target: PoseStamped) -> None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_ik_pkg.ik.compiled import kernel
+from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
 
 TRACE_WIDTH = len(TRACE_COLUMNS)
@@ -113,6 +113,16 @@ class Recorder(NamedTuple):
     U: np.ndarray  # (6, 6) scratch of the singular values
     W: np.ndarray  # (6, n)
     sigma: np.ndarray  # (6,)
+
+
+@inlined
+def tuning_of(numbers):
+    """Give the first numbers their names."""
+    return Tuning(
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7], numbers[8],
+        numbers[9], numbers[10], numbers[11], numbers[12], numbers[13], numbers[14], numbers[15], numbers[16],
+        numbers[17],
+    )  # fmt: skip
 
 
 def pack_model(geometry: Geometry, reach: Reach) -> np.ndarray:

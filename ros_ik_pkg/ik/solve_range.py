@@ -8,16 +8,16 @@ import numpy as np
 
 from ros_ik_pkg.ik.attempt import CONVERGED
 from ros_ik_pkg.ik.clock import now
-from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
+from ros_ik_pkg.ik.compiled import compiled, kernel
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import singular_figures
 from ros_ik_pkg.ik.records import (
     TUNABLES,
     Preferences,
-    Tuning,
     buffer_size,
     count_joints,
     make_records,
+    tuning_of,
     unpack_model,
 )
 from ros_ik_pkg.ik.search import clip, search, unwrap
@@ -105,16 +105,6 @@ def solve_rows(model, starts, numbers, targets, seeds, references, out, answers,
         if status != CONVERGED:
             row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began
-
-
-@inlined
-def tuning_of(numbers):
-    """Give the first numbers their names."""
-    return Tuning(
-        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7], numbers[8],
-        numbers[9], numbers[10], numbers[11], numbers[12], numbers[13], numbers[14], numbers[15], numbers[16],
-        numbers[17],
-    )  # fmt: skip
 
 
 @kernel

@@ -15,6 +15,7 @@ import numpy as np
 from ros_ik_pkg.ik.compiled import CACHE_FOLDER, NOT_SAVED
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.pose_error import pose_matrix
 from ros_ik_pkg.ik.records import TRACE_WIDTH
 from ros_ik_pkg.ik.robot import Arm, load_arm
 from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
@@ -31,10 +32,12 @@ from ros_ik_pkg.ik.solve_range import (
     solve_one,
     solve_range,
 )
+from ros_ik_pkg.ik.verify import passes
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
 MOST_ANSWERS = 64  # that choice='all' returns
 DEFAULT_OPTIONS = SolveOptions()
+IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # position [m] and quaternion x y z w
 FLOAT = np.dtype(np.float64)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
@@ -202,6 +205,7 @@ def warm_up(report: Callable[[str], object] = print) -> float:
         arm = load_arm('planar3r')
         solve(arm, arm.forward(arm.home), arm.home)
         arm.jacobian(arm.home)
+        passes(arm.packed, DEFAULT_OPTIONS.numbers, pose_matrix(*IDENTITY), arm.home)
     finally:
         notice.cancel()
     if NOT_SAVED:
@@ -216,7 +220,7 @@ def _matrix(target: Any) -> Any:
 
 def _is_array(value: Any, shape: tuple[int, ...]) -> bool:
     """Return whether the compiled code can take the value as it is; the quick way through `solve`."""
-    return type(value) is np.ndarray and value.shape == shape and value.dtype is FLOAT and value.flags.carray
+    return type(value) is np.ndarray and value.shape == shape and value.dtype == FLOAT and value.flags.carray
 
 
 def _array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:

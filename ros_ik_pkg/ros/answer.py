@@ -23,7 +23,7 @@ class RefusedError(Exception):
         self.cause = cause
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Command:
     """Joint positions that are published for a target.
 
@@ -46,7 +46,7 @@ class Command:
         return travel_time(self.start, self.q, self.velocity_limits)
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Answer:
     """What the node has to say about one target.
 
@@ -66,6 +66,10 @@ class Answer:
     base_from_target: np.ndarray | None = None
     seed: np.ndarray | None = None
     command: Command | None = None
+
+    def fail(self, cause: str, reason: str) -> None:
+        """Take back what was called solved."""
+        self.outcome, self.cause, self.reason = FAILED, cause, reason
 
 
 def shorten(text: str, limit: int = 300) -> str:

@@ -7,7 +7,7 @@ from builtin_interfaces.msg import Time as Stamp
 from geometry_msgs.msg import PoseStamped
 from rclpy.clock import ROSClock
 
-from ros_ik_pkg.ik import ArgumentError, Arm, Solution, solve
+from ros_ik_pkg.ik import ArgumentError, Arm, Solution, Status, solve
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer, RefusedError, shorten
 from ros_ik_pkg.ros.check import fault_of
 from ros_ik_pkg.ros.commands import Commands
@@ -16,6 +16,7 @@ from ros_ik_pkg.ros.joint_states import JointStates
 from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import Settings
 
+CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
 AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and so is the topic robot_description'
 
 
@@ -35,6 +36,7 @@ class Answering:
         self._frames.set_timeout(settings.tf_timeout)
         if arm is not self.arm:
             self._commands.forget()
+        self._commands.take_over(settings, arm)
         self.settings, self.arm = settings, arm
 
     def answer(self, target: PoseStamped, trace: bool) -> Answer:
@@ -71,14 +73,15 @@ class Answering:
         seed, seed_notes = self._seed(arm)
         start = self._start(arm, seed)
         reference = self._reference(arm, seed, start)
-        solution = solve(arm, base_from_target, seed, options, reference, trace)
+        solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace)
         outcome, cause, reason = _judge(solution, base_from_target, arm, self.settings)
         if solution.seed_clipped:
             seed_notes += ('seed outside the limits brought inside',)
         answer = Answer(
             target, outcome, cause, reason, options.method, arm, solution, notes + seed_notes, base_from_target, seed
         )
-        return self._commands.complete(answer, start, reference, self.settings)
+        self._commands.complete(answer, start, reference, self.settings)
+        return answer
 
     def _refuse_stale(self, stamp: Stamp) -> None:
         """Refuse a target whose stamp is too far from now; a stamp of 0 is now."""
@@ -152,7 +155,7 @@ def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings)
         return FAILED, solution.status.label, _why(solution, arm)
     if fault := fault_of(solution.q, target, arm, settings.options):
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
-    return SOLVED, solution.status.label, solution.status.text
+    return CONVERGED
 
 
 def _why(solution: Solution, arm: Arm) -> str:

@@ -1,4 +1,7 @@
-"""The last look at an answer before it goes out to motors, apart from the solver: FK, tolerance, limits."""
+"""The last look at an answer before it goes out to motors, apart from the solver: FK, tolerance, limits.
+
+Good answers to whole poses are let through by one call into compiled code; all others are looked at in detail.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,13 @@ import numpy as np
 import pinocchio as pin
 
 from ros_ik_pkg.ik import Arm, SolveOptions
-
-ALL_ALIKE, NONE = (1.0,) * 6, (0.0,) * 6
-ROTATION = (0, 1, 2, 4, 5, 6, 8, 9, 10)  # places of R in a (4, 4) row by row
-ROUNDING = 1e-13  # m, rad: two ways to compute one error differ by this much at most
+from ros_ik_pkg.ik.verify import ROUNDING, passes
 
 
 def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> str:
     """Say why q (n,) must not be published for the target (4, 4) in the base frame; empty where it may."""
+    if passes(arm.packed, options.numbers, target, q):
+        return ''
     if fault := fault_of_command(q, arm, options):
         return fault
     position_error, orientation_error = errors_of(q, target, arm, options)
@@ -41,21 +43,12 @@ def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
 def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[float, float]:
     """Return distance [m] and angle [rad] of the tip at q (n,) in the rows of the task, beyond their tolerances."""
     base_from_tip = arm.forward(q)
-    if options.task_weights == ALL_ALIKE and options.task_tolerances == NONE:
-        return _whole_errors(target.ravel().tolist(), base_from_tip.ravel().tolist())
     position = (target - base_from_tip)[:3, 3]
     orientation = _rotation_vector(target[:3, :3] @ base_from_tip[:3, :3].T)
     task_from_base = target[:3, :3].T if options.task_frame == 'tip' else np.eye(3)
     errors = np.hstack([task_from_base @ position, task_from_base @ orientation])
     beyond = np.maximum(np.abs(errors) - options.task_tolerances, 0.0) * (np.array(options.task_weights) > 0.0)
     return float(np.linalg.norm(beyond[:3])), float(np.linalg.norm(beyond[3:]))
-
-
-def _whole_errors(target: list[float], pose: list[float]) -> tuple[float, float]:
-    """Return distance and angle between two poses, 16 numbers each: ||R* - R|| = sqrt(8) sin(angle / 2). Arithmetic of
-    Python's own, because at a hundred targets a second each call into NumPy finds its code and data gone cold."""
-    turned = math.hypot(*(target[k] - pose[k] for k in ROTATION))
-    return math.dist(target[3:12:4], pose[3:12:4]), 2.0 * math.asin(min(1.0, turned / math.sqrt(8.0)))
 
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from rclpy.clock import ROSClock
 
-from ros_ik_pkg.ik import Status, solve
-from ros_ik_pkg.ros.answer import CLOSEST, FAILED, INTERNAL_ERROR, SOLUTION, SOLVED, Answer, Command
+from ros_ik_pkg.ik import Arm, Status, solve
+from ros_ik_pkg.ros.answer import CLOSEST, INTERNAL_ERROR, SOLUTION, SOLVED, Answer, Command
 from ros_ik_pkg.ros.check import errors_of, fault_of_command
 from ros_ik_pkg.ros.parameters import Settings
 from ros_ik_pkg.ros.velocity import StepError, StepTimer, limited_step, reach_of_step
@@ -23,15 +23,21 @@ class Commands:
 
     def __init__(self, clock: ROSClock) -> None:
         self.last: np.ndarray | None = None
+        self._velocity_limits = np.empty(0)
         self._timer = StepTimer(clock)
+
+    def take_over(self, settings: Settings, arm: Arm | None) -> None:
+        """Keep to these settings from the next answer on."""
+        if arm is not None:
+            self._velocity_limits = settings.velocity_scale * arm.velocity_limits
 
     def forget(self) -> None:
         """Begin anew, with another arm."""
         self.last = None
         self._timer.restart()
 
-    def complete(self, answer: Answer, start: np.ndarray, reference: np.ndarray, settings: Settings) -> Answer:
-        """Return the answer with its command, if it has one, and with notes on that.
+    def complete(self, answer: Answer, start: np.ndarray, reference: np.ndarray, settings: Settings) -> None:
+        """Give the answer its command, if it has one, and notes on that.
 
         start: (n,) where the joints are [rad, m], from which a step counts. reference: (n,) from which
         max_joint_jump counts.
@@ -39,16 +45,17 @@ class Commands:
         try:
             command, notes = self._command(answer, start, reference, settings)
         except StepError as error:
-            reason = _too_far_outside(answer.arm.joint_names[error.joint], start[error.joint])
-            return replace(answer, outcome=FAILED, cause='velocity_limit', reason=reason)
+            answer.fail('velocity_limit', _too_far_outside(answer.arm.joint_names[error.joint], start[error.joint]))
+            return
+        answer.notes += notes
         if command is None:
-            return replace(answer, notes=answer.notes + notes) if notes else answer
+            return
         # The solution itself has passed already.
         if command.errors and (fault := fault_of_command(command.q, answer.arm, settings.options)):
-            reason = f'internal error: a command did not pass the last check, {fault}'
-            return replace(answer, outcome=FAILED, cause=INTERNAL_ERROR, reason=reason)
+            answer.fail(INTERNAL_ERROR, f'internal error: a command did not pass the last check, {fault}')
+            return
         self.last = command.q
-        return replace(answer, command=command, notes=answer.notes + notes)
+        answer.command = command
 
     def _command(
         self, answer: Answer, start: np.ndarray, reference: np.ndarray, settings: Settings
@@ -68,7 +75,7 @@ class Commands:
         self, goal: np.ndarray, published: str, answer: Answer, start: np.ndarray, settings: Settings
     ) -> tuple[Command, tuple[str, ...]]:
         """Return the command that leads from start to goal (n,), as far as velocity_limiting lets it go."""
-        limits = settings.velocity_scale * answer.arm.velocity_limits
+        limits = self._velocity_limits
         q, step_time, fraction, notes = goal, None, None, ()
         if settings.velocity_limiting != 'none':
             now = self._timer.now()

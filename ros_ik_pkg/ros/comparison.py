@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from rclpy.node import Node
 
@@ -12,6 +11,7 @@ from ros_ik_pkg.ik import METHODS, SolveOptions
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import Answer
 from ros_ik_pkg.ros.comparison_messages import comparison_message, paths_message
+from ros_ik_pkg.ros.interface import Output
 from ros_ik_pkg.ros.messages import trace_message
 from ros_ik_pkg.ros.worker import Worker
 
@@ -32,11 +32,11 @@ class Comparison:
     lets other threads run. While one is under way, a newer target takes the place of the one that waits.
     """
 
-    def __init__(self, node: Node, trace_publisher: Any) -> None:
+    def __init__(self, node: Node, traces: Output) -> None:
         self._name = node.get_name()
-        self._statuses = interface.publisher(node, interface.COMPARISON)
-        self._paths = interface.publisher(node, interface.COMPARISON_PATHS)
-        self._traces = trace_publisher
+        self._statuses = Output(node, interface.COMPARISON)
+        self._paths = Output(node, interface.COMPARISON_PATHS)
+        self._traces = traces
         self.worker: Worker[Job] = Worker(node, 'comparison', self._publish, 1)
 
     def submit(self, answer: Answer, compare: tuple[str, ...], options: SolveOptions) -> None:
@@ -46,16 +46,16 @@ class Comparison:
             self.worker.submit(Job(answer, methods, options))
 
     def _wanted(self) -> bool:
-        return any(map(interface.heard, (self._statuses, self._paths, self._traces)))
+        return self._statuses.heard or self._paths.heard or self._traces.heard
 
     def _publish(self, job: Job) -> None:
         """Run the methods and publish: traces, then figures, so that who has the figures has the traces too."""
         answer = job.answer
         runs = compare_methods(answer.arm, answer.base_from_target, answer.seed, job.methods, job.options)
-        if interface.heard(self._traces):
+        if self._traces.heard:
             for run in runs:
                 self._traces.publish(trace_message(answer, run.trace, run.method, 'comparison'))
-        if interface.heard(self._statuses):
+        if self._statuses.heard:
             self._statuses.publish(comparison_message(answer, runs, self._name))
-        if interface.heard(self._paths):
+        if self._paths.heard:
             self._paths.publish(paths_message(answer, runs))

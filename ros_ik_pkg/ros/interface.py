@@ -8,8 +8,8 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
@@ -96,11 +96,17 @@ TOPICS = (
 )
 
 
-def publisher(node: Node, topic: Topic) -> Publisher:
-    """Make a publisher of a topic."""
-    return node.create_publisher(topic.type, topic.name, topic.qos)
+class Output:
+    """A publisher of a topic that knows whether anybody listens.
 
+    The middleware tells as listeners come and go; to ask it for every target takes as long as a solve.
+    """
 
-def heard(publisher: Publisher) -> bool:
-    """Whether anybody listens."""
-    return publisher.get_subscription_count() > 0
+    def __init__(self, node: Node, topic: Topic) -> None:
+        events = PublisherEventCallbacks(matched=self._matched)
+        publisher = node.create_publisher(topic.type, topic.name, topic.qos, event_callbacks=events)
+        self.heard = publisher.get_subscription_count() > 0
+        self.publish = publisher.publish
+
+    def _matched(self, listeners: Any) -> None:
+        self.heard = listeners.current_count > 0

@@ -6,7 +6,6 @@ import math
 from array import array
 
 import numpy as np
-import pinocchio as pin
 from builtin_interfaces.msg import Duration, Time
 from geometry_msgs.msg import Point, Pose, PoseStamped, Transform
 from nav_msgs.msg import Path
@@ -15,7 +14,8 @@ from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from ros_ik_pkg.ik import TRACE_COLUMNS, Trace
-from ros_ik_pkg.ros.answer import Answer, RefusedError
+from ros_ik_pkg.ik.pose_error import pose_matrix
+from ros_ik_pkg.ros.answer import Answer, Command, RefusedError
 
 QUATERNION_SLACK = 0.01  # a norm this far from 1 is rounding or a slip; beyond it, no rotation was meant
 QUATERNION_ROUNDING = 1e-6  # nearer to 1 than this needs no mention
@@ -29,32 +29,38 @@ def target_pose(message: PoseStamped) -> tuple[np.ndarray, tuple[str, ...]]:
     norm is further than QUATERNION_SLACK from 1.
     """
     p, q = message.pose.position, message.pose.orientation
-    position, quaternion = [p.x, p.y, p.z], [q.x, q.y, q.z, q.w]
-    _refuse_unless_finite('position', position)
-    _refuse_unless_finite('orientation', quaternion)
-    if max(map(abs, position)) > MAX_DISTANCE:
-        raise RefusedError('position', f'target position {position} is beyond {MAX_DISTANCE:g} m')
+    position, quaternion = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
     norm = math.hypot(*quaternion)
+    # NaN is within no bound.
+    good = abs(norm - 1.0) <= QUATERNION_ROUNDING and math.hypot(*position) <= MAX_DISTANCE
+    return pose_matrix(*position, *quaternion), () if good else _mended(position, quaternion, norm)
+
+
+def _mended(position: tuple[float, ...], quaternion: tuple[float, ...], norm: float) -> tuple[str, ...]:
+    """Say what was mended in a pose that is not quite as it should be; refuse what cannot be meant."""
+    for name, values in (('position', position), ('orientation', quaternion)):
+        if not all(map(math.isfinite, values)):
+            raise RefusedError('not_finite', f'target {name} is {list(values)}; expected finite numbers')
+    if max(map(abs, position)) > MAX_DISTANCE:
+        raise RefusedError('position', f'target position {list(position)} is beyond {MAX_DISTANCE:g} m')
     if abs(norm - 1.0) > QUATERNION_SLACK:
         raise RefusedError(
             'quaternion',
             f'target orientation has norm {norm:.6g}; expected a unit quaternion x y z w, '
             f'its norm within {QUATERNION_SLACK} of 1',
         )
-    notes = () if abs(norm - 1.0) <= QUATERNION_ROUNDING else (f'quaternion of norm {norm:.6g} normalised',)
-    return pin.XYZQUATToSE3(np.array([*position, *(part / norm for part in quaternion)])).homogeneous, notes
+    return () if abs(norm - 1.0) <= QUATERNION_ROUNDING else (f'quaternion of norm {norm:.6g} normalised',)
 
 
 def transform_matrix(transform: Transform) -> np.ndarray:
     """Return a transform as a matrix (4, 4) [m]; TF has seen to it that its numbers are good."""
     p, q = transform.translation, transform.rotation
-    rotation = pin.Quaternion(np.array([q.x, q.y, q.z, q.w])).normalized().matrix()
-    return pin.SE3(rotation, np.array([p.x, p.y, p.z])).homogeneous
+    return pose_matrix(p.x, p.y, p.z, q.x, q.y, q.z, q.w)
 
 
-def _refuse_unless_finite(name: str, values: list[float]) -> None:
-    if not all(map(math.isfinite, values)):
-        raise RefusedError('not_finite', f'target {name} is {values}; expected finite numbers')
+def positions_of(command: Command) -> array[float]:
+    """Return joint positions [rad, m] as messages hold them."""
+    return array('d', command.q.tobytes())
 
 
 def solution_message(answer: Answer) -> JointState:
@@ -62,7 +68,7 @@ def solution_message(answer: Answer) -> JointState:
     return JointState(
         header=base_header(answer),
         name=list(answer.arm.joint_names),
-        position=array('d', answer.command.q.tobytes()),
+        position=positions_of(answer.command),
     )
 
 
@@ -74,7 +80,7 @@ def trajectory_message(answer: Answer, duration: float) -> JointTrajectory:
     command = answer.command
     nanoseconds = math.ceil(1e9 * max(duration, command.duration))
     point = JointTrajectoryPoint(
-        positions=array('d', command.q.tobytes()),
+        positions=positions_of(command),
         time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9),
     )
     message = JointTrajectory(joint_names=list(answer.arm.joint_names), points=[point])
@@ -84,7 +90,7 @@ def trajectory_message(answer: Answer, duration: float) -> JointTrajectory:
 
 def commands_message(answer: Answer) -> Float64MultiArray:
     """Return the joint positions [rad, m] alone, in the order of the arm's joints from base to tip."""
-    return Float64MultiArray(data=array('d', answer.command.q.tobytes()))
+    return Float64MultiArray(data=positions_of(answer.command))
 
 
 def trace_message(answer: Answer, trace: Trace, method: str, run: str) -> Float64MultiArray:

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import Answer
-from ros_ik_pkg.ros.interface import heard, publisher
-from ros_ik_pkg.ros.messages import commands_message, path_message, solution_message, trace_message, trajectory_message
+from ros_ik_pkg.ros.interface import Output
+from ros_ik_pkg.ros.messages import (
+    commands_message,
+    path_message,
+    positions_of,
+    solution_message,
+    trace_message,
+    trajectory_message,
+)
 from ros_ik_pkg.ros.statuses import iterations_message, result_message
 from ros_ik_pkg.ros.worker import Worker
 
@@ -19,41 +27,50 @@ class Outputs:
 
     def __init__(self, node: Node) -> None:
         self._name = node.get_name()
-        self._solution = publisher(node, interface.SOLUTION)
-        self._trajectory = publisher(node, interface.JOINT_TRAJECTORY)
-        self._commands = publisher(node, interface.POSITION_COMMANDS)
-        self._result = publisher(node, interface.RESULT)
-        self._iterations = publisher(node, interface.ITERATIONS)
-        self.trace = publisher(node, interface.TRACE)
-        self._tcp_path = publisher(node, interface.TCP_PATH)
+        self._solution = Output(node, interface.SOLUTION)
+        self._trajectory = Output(node, interface.JOINT_TRAJECTORY)
+        self._commands = Output(node, interface.POSITION_COMMANDS)
+        self._result = Output(node, interface.RESULT)
+        self._iterations = Output(node, interface.ITERATIONS)
+        self.trace = Output(node, interface.TRACE)
+        self._tcp_path = Output(node, interface.TCP_PATH)
+        self._message, self._arm = JointState(), None
         self.reports: Worker[Answer] = Worker(node, 'reports', self._report, REPORTS)
 
     def want_trace(self) -> bool:
         """Whether anybody listens to what a trace is needed for."""
-        return any(map(heard, (self._iterations, self.trace, self._tcp_path)))
+        return self._iterations.heard or self.trace.heard or self._tcp_path.heard
 
     def publish_command(self, answer: Answer, trajectory_time: float) -> None:
         """Publish the command of an answer, if it has one, in every form that somebody listens to."""
         if answer.command is None:
             return
-        self._solution.publish(solution_message(answer))
-        if heard(self._trajectory):
+        self._solution.publish(self._solution_of(answer))
+        if self._trajectory.heard:
             self._trajectory.publish(trajectory_message(answer, trajectory_time))
-        if heard(self._commands):
+        if self._commands.heard:
             self._commands.publish(commands_message(answer))
+
+    def _solution_of(self, answer: Answer) -> JointState:
+        """Return the message of a solution: one for all of an arm, so that its names are checked once."""
+        if answer.arm is not self._arm:
+            self._message, self._arm = solution_message(answer), answer.arm
+        self._message.header.stamp = answer.target.header.stamp
+        self._message.position = positions_of(answer.command)
+        return self._message
 
     def publish_result(self, answer: Answer) -> None:
         """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""
-        if heard(self._result):
+        if self._result.heard:
             self._result.publish(result_message(answer, self._name))
         if answer.solution is not None and answer.solution.trace is not None:
             self.reports.submit(answer)
 
     def _report(self, answer: Answer) -> None:
         """Publish the iterations of an answer."""
-        if heard(self.trace):
+        if self.trace.heard:
             self.trace.publish(trace_message(answer, answer.solution.trace, answer.method, 'solve'))
-        if heard(self._tcp_path):
+        if self._tcp_path.heard:
             self._tcp_path.publish(path_message(answer))
-        if heard(self._iterations):
+        if self._iterations.heard:
             self._iterations.publish(iterations_message(answer, self._name))
