@@ -34,8 +34,6 @@ class Answering:
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use these settings and this arm from the next target on."""
         self._frames.set_timeout(settings.tf_timeout)
-        if arm is not self.arm:
-            self._commands.forget()
         self._commands.take_over(settings, arm)
         self.settings, self.arm = settings, arm
 
@@ -129,11 +127,11 @@ class Answering:
         return self.joint_states.seed(arm.joint_names), ()
 
     def _start(self, arm: Arm, seed: np.ndarray) -> np.ndarray:
-        """Return where the joints are (n,), from which a step counts: as the seed says, or the joint state."""
-        source = self.settings.seed_source
-        if source == 'joint_states' or (source == 'last_solution' and self._commands.last is not None):
+        """Return where the joints are (n,), from which a step counts: home says nothing of that, all else does."""
+        if seed is not arm.home:
             return seed
-        return self._joint_state(arm, seed)
+        last = self._commands.last
+        return self._joint_state(arm, seed if last is None else last)
 
     def _reference(self, arm: Arm, seed: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Return from where (n,) max_joint_jump, 'nearest' and whole turns count."""
@@ -141,12 +139,12 @@ class Answering:
             return start
         return self._joint_state(arm, seed) if self.settings.options.max_joint_jump > 0.0 else seed
 
-    def _joint_state(self, arm: Arm, seed: np.ndarray) -> np.ndarray:
-        """Return the joint state (n,), the seed where it is not known."""
+    def _joint_state(self, arm: Arm, otherwise: np.ndarray) -> np.ndarray:
+        """Return the joint state (n,); where it is not known, what stands for it."""
         try:
             return self.joint_states.seed(arm.joint_names)
         except RefusedError:
-            return seed
+            return otherwise
 
 
 def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:

@@ -10,6 +10,7 @@ from rclpy.clock import ROSClock
 from ros_ik_pkg.ik import Arm, Status, solve
 from ros_ik_pkg.ros.answer import CLOSEST, INTERNAL_ERROR, SOLUTION, SOLVED, Answer, Command
 from ros_ik_pkg.ros.check import errors_of, fault_of_command
+from ros_ik_pkg.ros.memory import Memory
 from ros_ik_pkg.ros.parameters import Settings
 from ros_ik_pkg.ros.velocity import StepError, StepTimer, limited_step, reach_of_step
 
@@ -19,22 +20,30 @@ HELD = frozenset({Status.NOT_FINITE.label, Status.JOINT_JUMP.label, INTERNAL_ERR
 
 
 class Commands:
-    """Gives answers their commands, and remembers the last: `last` (n,) [rad, m]."""
+    """Gives answers their commands, and remembers the last: `last` (n,) [rad, m], None where there was none."""
 
     def __init__(self, clock: ROSClock) -> None:
         self.last: np.ndarray | None = None
+        self._arm: Arm | None = None
+        self._memory = Memory()
         self._velocity_limits = np.empty(0)
         self._timer = StepTimer(clock)
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
-        """Keep to these settings from the next answer on."""
+        """Keep to these settings and this arm from the next answer on."""
+        if arm is not self._arm:
+            self._change_arm(arm)
         if arm is not None:
             self._velocity_limits = settings.velocity_scale * arm.velocity_limits
 
-    def forget(self) -> None:
-        """Begin anew, with another arm."""
-        self.last = None
-        self._timer.restart()
+    def _change_arm(self, arm: Arm | None) -> None:
+        """Go on from where the joints were told to be: the robot does not move because it is loaded again."""
+        if self._arm is not None and self.last is not None:
+            self._memory.keep(self._arm, self.last)
+        self._arm = arm
+        self.last = None if arm is None else self._memory.of(arm)
+        if self.last is None:
+            self._timer.restart()
 
     def complete(self, answer: Answer, start: np.ndarray, reference: np.ndarray, settings: Settings) -> None:
         """Give the answer its command, if it has one, and notes on that.

@@ -1,0 +1,103 @@
+"""One target to one answer, without DDS: where solves and steps start, and what the node remembers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rclpy.clock import ROSClock
+from ros_helpers import CALM, joint_state, pose_of
+
+from ros_ik_pkg.ik import load_arm
+from ros_ik_pkg.ros.answering import Answering
+from ros_ik_pkg.ros.parameters import PARAMETERS, Settings
+
+UR5, PANDA = load_arm('ur5'), load_arm('panda')
+MAX_STEP_TIME = 1e-3  # s
+ROUNDING = 1e-12
+START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
+STREAM = {'velocity_limiting': 'whole', 'max_step_time': MAX_STEP_TIME, 'seed_source': 'last_solution'}
+
+
+def settings(**values) -> Settings:
+    return Settings.from_values({name: option.default for name, option in PARAMETERS.items()} | CALM | values)
+
+
+def answering_with(arm=UR5, **values) -> Answering:
+    frames = SimpleNamespace(set_timeout=lambda timeout: None, why_not='TF is not asked here')
+    answering = Answering(ROSClock(), frames)
+    answering.take_over(settings(**values), arm)
+    return answering
+
+
+def command(answering: Answering, target: np.ndarray) -> np.ndarray:
+    """Return the joints (n,) that go out for a target (4, 4)."""
+    answer = answering.answer(pose_of(target), trace=False)
+    assert answer.outcome == 'solved', answer.reason
+    return answer.command.q
+
+
+def lead_to_start(answering: Answering, **values) -> None:
+    """Let the node have told the arm to be at START, and know no joint state."""
+    answering.joint_states.keep(joint_state(UR5.joint_names, START))
+    answering.take_over(settings(), answering.arm)
+    np.testing.assert_array_equal(command(answering, UR5.forward(START)), START)
+    answering.joint_states = type(answering.joint_states)()
+    answering.take_over(settings(**values), answering.arm)
+
+
+def assert_one_step(q: np.ndarray, start: np.ndarray) -> None:
+    assert 0.0 < np.max(np.abs(q - start) / UR5.velocity_limits) <= MAX_STEP_TIME + ROUNDING
+
+
+def test_a_stream_goes_on_where_it_was_when_its_arm_is_loaded_again():
+    answering = answering_with()
+    lead_to_start(answering, **STREAM)
+    answering.take_over(settings(**STREAM), load_arm('ur5'))
+    assert_one_step(command(answering, UR5.forward(START + 0.5)), START)
+
+
+def test_a_stream_goes_on_where_it_was_with_another_tip_and_back():
+    answering = answering_with()
+    lead_to_start(answering, **STREAM)
+    shorter = load_arm('ur5', tip=UR5.tree.joint_named[UR5.joint_names[3]].child)
+    assert shorter.joint_names == UR5.joint_names[:4]
+    position_alone = {**STREAM, 'task_weights': [1, 1, 1, 0, 0, 0]}
+    answering.take_over(settings(**position_alone), shorter)
+    q = command(answering, shorter.forward(START[:4] + 0.5))
+    assert 0.0 < np.max(np.abs(q - START[:4]) / shorter.velocity_limits) <= MAX_STEP_TIME + ROUNDING
+    answering.take_over(settings(**STREAM), None)  # as where the frames are set one at a time
+    answering.take_over(settings(**STREAM), UR5)
+    assert_one_step(command(answering, UR5.forward(START + 0.5)), np.concatenate([q, START[4:]]))
+
+
+def test_another_robot_begins_at_home():
+    answering = answering_with()
+    lead_to_start(answering, **STREAM)
+    other = replace(load_arm('ur5'), name='other')
+    answering.take_over(settings(**STREAM), other)
+    assert_one_step(command(answering, UR5.forward(START)), UR5.home)
+
+
+@pytest.mark.parametrize('values', [{'seed_source': 'home'}, {'seed_source': 'joint_states',
+                                                              'home_until_joint_states': True}])  # fmt: skip
+def test_without_joint_states_limited_steps_from_home_go_on_from_the_last_and_arrive(values):
+    answering = answering_with(**{**STREAM, **values, 'max_step_time': 0.1})
+    target, before = UR5.forward(START), UR5.home
+    for _ in range(1000):
+        answer = answering.answer(pose_of(target), trace=False)
+        assert np.max(np.abs(answer.command.q - before) / UR5.velocity_limits) <= answer.command.step_time + ROUNDING
+        before = answer.command.q
+        if answer.command.fraction == 1.0:
+            break
+        answering._commands._timer.restart()  # as if a long time had gone by
+    np.testing.assert_allclose(UR5.forward(before), target, atol=2e-5)
+
+
+def test_limited_steps_from_home_start_at_the_joint_state_where_it_is_known():
+    answering = answering_with(**{**STREAM, 'seed_source': 'home'})
+    for start in (START, START + 0.3):
+        answering.joint_states.keep(joint_state(UR5.joint_names, start))
+        assert_one_step(command(answering, UR5.forward(START + 0.1)), start)
