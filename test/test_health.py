@@ -9,7 +9,6 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from ros_helpers import Client, allow_lark, connected, joint_state, pose_of
-from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answer
@@ -103,12 +102,12 @@ def test_targets_that_stopped_are_a_warning_where_it_is_wanted():
     assert health.report(NEVER, 1.0).level == OK
 
 
-def test_the_age_of_joint_states_is_that_of_the_joint_that_was_silent_longest(monkeypatch):
+def test_the_age_of_joint_states_is_that_of_the_oldest_position(monkeypatch):
     states, clock = JointStates(), iter((10.0, 20.0, 21.0, 25.0, 25.0, 25.0))
     monkeypatch.setattr('time.monotonic', lambda: next(clock))
-    states.keep(JointState(name=['a', 'b']))
-    states.keep(JointState(name=['b']))
-    states.keep(JointState(name=['c', 'x']))
+    states.keep(joint_state('ab', [1, 2]))
+    states.keep(joint_state('b', [2]))
+    states.keep(joint_state('cx', [3, 4]))
     assert states.age(['a', 'b']) == 15.0
     assert states.age(['b', 'c']) == 5.0
     assert states.age(['c', 'd']) == math.inf

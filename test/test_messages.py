@@ -130,6 +130,26 @@ def test_a_joint_state_of_velocities_alone_leaves_positions_as_they_were():
     np.testing.assert_array_equal(states.seed('abc'), [1, 2, 3])
 
 
+@pytest.mark.parametrize('order', [1, -1])
+def test_positions_and_velocities_of_the_same_joints_may_come_in_messages_of_their_own(order):
+    states = JointStates()
+    for message in [joint_state('abc', [1, 2, 3]), JointState(name=['a', 'b', 'c'], velocity=[1.0] * 3)][::order]:
+        states.keep(message)
+        states.keep(message)
+    np.testing.assert_array_equal(states.seed('abc'), [1, 2, 3])
+    assert states.positions() == {'a': 1, 'b': 2, 'c': 3}
+
+
+def test_velocities_alone_do_not_make_positions_new(monkeypatch):
+    states, clock = JointStates(), iter((10.0, 20.0, 30.0, 31.0))
+    monkeypatch.setattr('time.monotonic', lambda: next(clock))
+    states.keep(joint_state('ab', [1, 2]))
+    states.keep(JointState(name=['a', 'b'], velocity=[1.0, 1.0]))
+    states.keep(JointState(name=['c'], velocity=[1.0]))
+    assert states.age('ab') == 21.0
+    assert states.age('abc') == math.inf
+
+
 @pytest.mark.parametrize(
     ('messages', 'words'),
     [

@@ -52,7 +52,7 @@ class Answering:
         return self._without_solution(target, FAILED, INTERNAL_ERROR, reason)
 
     def joint_states_age(self) -> float | None:
-        """Return how long ago the joints were heard of that seeds come from [s]; None where no seed needs them."""
+        """Return the age of the joint positions that seeds come from [s]; None where no seed needs them."""
         if self.arm is None or self.settings.seed_source != 'joint_states':
             return None
         if self.joint_states.empty and self.settings.home_until_joint_states:

@@ -16,24 +16,29 @@ MAX_SOURCES = 64  # publishers with different sets of names; the one that was si
 
 
 class Kept(NamedTuple):
-    """A message, and when it came [s, monotonic]: its own stamp may be zero, or of another clock."""
+    """A message, its names, and when it came [s, monotonic]: its own stamp may be zero, or of another clock."""
 
+    names: tuple[str, ...]
     message: JointState
     arrival: float
 
 
 class JointStates:
-    """The newest message of every set of joint names; the newest message that names a joint speaks for it."""
+    """The newest message of every set of joint names; the newest message that names a joint speaks for it.
+
+    One without positions says nothing of them, so it is kept beside one that has them.
+    """
 
     def __init__(self) -> None:
-        self._newest: dict[tuple[str, ...], Kept] = {}
+        self._newest: dict[tuple, Kept] = {}
 
     def keep(self, message: JointState) -> None:
         """Take a message; all else is left for when a target comes."""
         names = tuple(message.name)
-        self._newest.pop(names, None)
+        key = names if message.position or not names else (names,)
+        self._newest.pop(key, None)
         self._newest.pop((), None)  # one without names is at fault for nothing but itself
-        self._newest[names] = Kept(message, time.monotonic())
+        self._newest[key] = Kept(names, message, time.monotonic())
         if len(self._newest) > MAX_SOURCES:
             del self._newest[next(iter(self._newest))]
 
@@ -45,17 +50,18 @@ class JointStates:
     def seed(self, joint_names: Sequence[str]) -> np.ndarray:
         """Return the positions (n,) of these joints [rad, m]; refuse the target where they are not known."""
         found: dict[str, float] = {}
-        for names, (message, _) in reversed(self._newest.items()):
+        for names, message, _ in reversed(self._newest.values()):
             found |= _positions(names, message, [name for name in joint_names if name not in found])
             if len(found) == len(joint_names):
                 return np.array([found[name] for name in joint_names])
         raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
 
     def age(self, joint_names: Sequence[str]) -> float:
-        """Return how long ago the joint that was silent longest was heard of [s]; infinite where one never was."""
+        """Return since when a joint has had no new position [s], infinite where one never had; the oldest of all."""
         missing = set(joint_names)
-        for names, (_, arrival) in reversed(self._newest.items()):
-            missing.difference_update(names)
+        for names, message, arrival in reversed(self._newest.values()):
+            if message.position:
+                missing.difference_update(names)
             if not missing:
                 return time.monotonic() - arrival
         return math.inf
@@ -63,7 +69,7 @@ class JointStates:
     def positions(self) -> dict[str, float]:
         """Return every position that was given, by joint name [rad, m]."""
         merged: dict[str, float] = {}
-        for names, (message, _) in self._newest.items():
+        for names, message, _ in self._newest.values():
             if len(message.position) == len(names):
                 merged.update(zip(names, message.position))
         return merged
@@ -75,7 +81,7 @@ class JointStates:
         missing = ', '.join(name for name in joint_names if name not in found)
         if found:
             return shorten(f'joint_states gave no position yet of {missing}')
-        got = ', '.join(name for names in self._newest for name in names) or 'no names'
+        got = ', '.join(dict.fromkeys(name for kept in self._newest.values() for name in kept.names)) or 'no names'
         return f'joint_states gave none of the joints: expected {shorten(missing)}; got {shorten(got)}'
 
 
