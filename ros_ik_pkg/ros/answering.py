@@ -17,7 +17,7 @@ from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import Settings
 
 CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
-AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and so is the topic robot_description'
+AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and no URDF came on the topic robot_description'
 
 
 class Answering:

@@ -108,14 +108,13 @@ class IkNode(Node):
 
     def _on_robot_description(self, message: String) -> None:
         """Load the arm of the topic where the parameters name none; a malformed one leaves the old arm."""
-        if message.data == self._robot_source.topic_text:
+        if message.data and message.data == self._robot_source.topic_text:
             return
-        self._robot_source.topic_text = message.data
         settings = self._answering.settings
-        if not follows_topic(settings):
-            return
         try:
-            self._take_over(settings, self._arm_for(settings, arm_changes=True))
+            self._robot_source.take(message.data)
+            if follows_topic(settings):
+                self._take_over(settings, self._arm_for(settings, arm_changes=True))
         except IkError as error:
             kept = f'keeping {self._answering.arm.name}' if self._answering.arm else 'still without a robot'
             self.get_logger().error(f'{shorten(str(error), 1000)}; {kept}', throttle_duration_sec=LOG_PERIOD)

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 from ros_ik_pkg.ik import Arm, ModelError, load_arm
+from ros_ik_pkg.ik.sources import read_tree
 from ros_ik_pkg.ros.answer import shorten
 from ros_ik_pkg.ros.parameters import Settings
+
+TOPIC = 'topic robot_description'
 
 
 class RobotSource:
     """Loads the arm that the settings mean: robot_description, else robot, else the topic."""
 
     def __init__(self) -> None:
-        self.topic_text = ''
+        self.topic_text = ''  # the last that was URDF
+
+    def take(self, text: str) -> None:
+        """Use a text of the topic from now on; raise ModelError, and keep the one before, where it is no URDF."""
+        try:
+            read_tree(urdf_text(text, 'the text'))
+        except ModelError as error:
+            raise ModelError(f'{TOPIC}: {error}') from error
+        self.topic_text = text
 
     def load(self, settings: Settings) -> Arm | None:
-        """Return the arm, or None while the topic is awaited; raise ModelError that names the parameters."""
+        """Return the arm, or None while the topic is awaited; raise ModelError that names topic and parameters."""
         source = settings.robot or self.topic_text
         if settings.robot_description:
             source = urdf_text(settings.robot_description, 'parameter robot_description')
-        elif not settings.robot:
-            source = urdf_text(self.topic_text, 'topic robot_description') if self.topic_text else ''
         if not source:
             return None
         try:
@@ -41,7 +50,9 @@ def urdf_text(text: str, origin: str) -> str:
 
 
 def _described(settings: Settings) -> str:
-    """Name the parameters that a model error can come from."""
-    robot = 'robot_description' if settings.robot_description else f'robot = {shorten(settings.robot, 60)!r}'
+    """Name what a model error can come from."""
+    robot = f'robot = {shorten(settings.robot, 60)!r}' if settings.robot else TOPIC
+    if settings.robot_description:
+        robot = 'parameter robot_description'
     frames = [f'{name} = {getattr(settings, name)!r}' for name in ('base_frame', 'tip_frame')]
     return ', '.join([robot, *(text for text in frames if not text.endswith("''"))])
