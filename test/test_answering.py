@@ -96,6 +96,55 @@ def test_without_joint_states_limited_steps_from_home_go_on_from_the_last_and_ar
     np.testing.assert_allclose(UR5.forward(before), target, atol=2e-5)
 
 
+def go_round(answering: Answering, q: np.ndarray, rounds: int = 1) -> np.ndarray:
+    """Lead the tip of the panda round a square and back, from the joints q (n,); return where the joints are then."""
+    corners = [(0.0, 0.2), (0.2, 0.2), (0.2, 0.0), (0.0, 0.0)]
+    for x, y in corners * rounds:
+        target = PANDA.forward(q)
+        target[:2, 3] += x, y
+        answer = answering.answer(pose_of(target), trace=False)
+        assert answer.outcome == 'solved', answer.reason
+    return answer.command.q
+
+
+def holding(q: np.ndarray, **values) -> Answering:
+    """Return a node's answering that has been at the joints q (n,) of the panda."""
+    answering = answering_with(PANDA, seed_source='last_solution')
+    answering._commands.last = q
+    answering.take_over(settings(seed_source='last_solution', null_space='posture', **values), PANDA)
+    return answering
+
+
+def test_an_empty_posture_brings_joints_back_from_a_closed_path():
+    q = PANDA.home + 0.1
+    np.testing.assert_allclose(go_round(holding(q), q, rounds=3), q, atol=1e-3)
+
+
+def test_an_empty_posture_is_held_through_changes_of_other_parameters_and_not_of_the_arm():
+    q = PANDA.home + 0.1
+    answering = holding(q)
+    assert answering.answer(pose_of(PANDA.forward(q)), trace=False).outcome == 'solved'
+    held = answering.settings.options.posture
+    answering.take_over(settings(null_space='posture', seed_source='home', method='dls'), PANDA)
+    answering.answer(pose_of(PANDA.forward(q)), trace=False)
+    assert answering.settings.options.posture == held == tuple(q)
+    assert answering.parameters.options.posture == ()
+    answering.take_over(answering.parameters, load_arm('panda'))
+    answering.answer(pose_of(PANDA.forward(q)), trace=False)
+    assert answering.settings.options.posture == tuple(PANDA.home)
+    for values in ({'null_space': 'none'}, {'null_space': 'posture', 'posture': [0.5] * 7}):
+        answering.take_over(settings(**values), answering.arm)
+        assert answering.settings.options.posture == tuple(values.get('posture', ()))
+
+
+def test_a_seed_beyond_all_sense_is_not_held():
+    answering = answering_with(null_space='posture')
+    for q in (START + 1e9, START):
+        answering.joint_states.keep(joint_state(UR5.joint_names, q))
+        answering.answer(pose_of(UR5.forward(START)), trace=False)
+    assert answering.settings.options.posture == tuple(START)
+
+
 def test_limited_steps_from_home_start_at_the_joint_state_where_it_is_known():
     answering = answering_with(**{**STREAM, 'seed_source': 'home'})
     for start in (START, START + 0.3):

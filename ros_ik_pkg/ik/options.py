@@ -202,7 +202,8 @@ class SolveOptions:
     )
     posture: tuple[float, ...] = option(
         (),
-        'where null_space = posture wants the joints; none: where the solve starts, or the reference if there is one',
+        'where null_space = posture wants the joints; none: where the solve starts, or the reference if there is one; '
+        'the node holds where the first solve starts after null_space, posture or the arm have changed',
         unit='rad or m',
         minimum=-1e6,
         maximum=1e6,

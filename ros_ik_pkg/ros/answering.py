@@ -15,6 +15,7 @@ from ros_ik_pkg.ros.frames import Frames
 from ros_ik_pkg.ros.joint_states import JointStates
 from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import Settings
+from ros_ik_pkg.ros.posture import HeldPosture
 
 CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
 AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and no URDF came on the topic robot_description'
@@ -27,15 +28,18 @@ class Answering:
         self.joint_states = JointStates()
         self._frames = frames
         self.arm: Arm | None = None
-        self.settings: Settings | None = None
+        self.parameters: Settings | None = None
+        self.settings: Settings | None = None  # the parameters, and the posture that is held
         self._clock = clock
         self._commands = Commands(clock)
+        self._posture = HeldPosture()
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use these settings and this arm from the next target on."""
         self._frames.set_timeout(settings.tf_timeout)
         self._commands.take_over(settings, arm)
-        self.settings, self.arm = settings, arm
+        self.parameters, self.arm = settings, arm
+        self.settings = self._posture.take_over(settings, arm)
 
     def answer(self, target: PoseStamped, trace: bool) -> Answer:
         """Return the one answer to a target; what is refused on the way becomes a refused answer."""
@@ -63,12 +67,15 @@ class Answering:
         return Answer(target, outcome, cause, shorten(reason, 1000), self.settings.options.method, self.arm)
 
     def _solve(self, target: PoseStamped, trace: bool) -> Answer:
-        arm, options = self.arm, self.settings.options
+        arm = self.arm
         if arm is None:
             raise RefusedError('no_robot', AWAITING_ROBOT)
         self._refuse_stale(target.header.stamp)
         base_from_target, notes = self._base_from_target(target, arm)
         seed, seed_notes = self._seed(arm)
+        if self._posture.awaited:
+            self.settings = self._posture.hold(self.settings, seed)
+        options = self.settings.options
         start = self._start(arm, seed)
         reference = self._reference(arm, seed, start)
         solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace)

@@ -110,7 +110,7 @@ class IkNode(Node):
         """Load the arm of the topic where the parameters name none; a malformed one leaves the old arm."""
         if message.data and message.data == self._robot_source.topic_text:
             return
-        settings = self._answering.settings
+        settings = self._answering.parameters
         try:
             self._robot_source.take(message.data)
             if follows_topic(settings):
