@@ -25,7 +25,7 @@ REACHABLE = 5
 CANDIDATES = 50  # configurations that the reachable targets are picked from
 SPREAD = 0.4  # of the way from home towards a random configuration: far enough to see the methods differ
 OUT_OF_REACH = 100.0  # m
-START_TIMEOUT = 300.0  # s; the first start on a machine compiles the solver
+START_TIMEOUT = 900.0  # s; the first start on a machine compiles the solver, for minutes where the machine is busy
 REPLY_TIMEOUT = 60.0  # s
 # One long descent instead of many short ones, so that even the transpose method shows its whole curve.
 PARAMETERS = {'max_iterations': 20000, 'deadline': 5.0}
