@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from itertools import count as numbers_from
 from itertools import islice
 
 import numpy as np
@@ -52,6 +51,7 @@ class Answers:
     position_error: np.ndarray
     orientation_error: np.ndarray
     cpu_time: np.ndarray
+    late_once: int  # solves that were late, but not when they were tried again
 
     @property
     def converged(self) -> np.ndarray:
@@ -67,9 +67,11 @@ class Tally:
     groups: int = 0
     wrong: int = 0
     latest: float = -math.inf  # s of CPU time, the most that a solve went beyond its deadline
+    late_once: int = 0  # late, but not when they were tried again
     statuses: Counter[str] = field(default_factory=Counter)
-    arms: int = 0  # made up, and the shipped ones
+    arms: set[str] = field(default_factory=set)  # shipped ones by name, made up ones by number
     faults: list[str] = field(default_factory=list)  # the first few, with what reproduces them
+    faulty: list[int] = field(default_factory=list)  # numbers of the groups with something wrong
 
 
 def check_answers(count: int, seed: int = SEED) -> int:
@@ -78,22 +80,26 @@ def check_answers(count: int, seed: int = SEED) -> int:
     tally = tally_answers(count, seed, bar_text='checking')
     print(
         f'{tally.solves} solves, {tally.wrong} wrong, {tally.statuses["converged"]} converged, '
-        f'{math.ceil(count / GROUP)} arms, {time.monotonic() - began:.0f} s'
+        f'{len(tally.arms)} arms, {time.monotonic() - began:.0f} s'
     )
     return 1 if tally.wrong else 0
 
 
-def tally_answers(count: int, seed: int, bar_text: str, enough: Callable[[], bool] = lambda: False) -> Tally:
-    """Solve `count` times or until it is enough; the groups are the same for the same seed."""
-    tally = Tally(arms=len(robot_names()))
+def tally_answers(
+    count: int, seed: int, bar_text: str, enough: Callable[[], bool] = lambda: False, only: int | None = None
+) -> Tally:
+    """Solve `count` times or until it is enough, or `only` the group of that number; the same seed makes the same."""
+    tally = Tally()
     warm_up()
     gc.freeze()  # as the node does
-    with tqdm(total=count, desc=bar_text, unit='solve') as bar, ThreadPoolExecutor(AT_ONCE) as pool:
-        sizes = [min(GROUP, count - first) for first in range(0, count, GROUP)]
-        rest = zip(numbers_from(), sizes)
+    jobs = [(number, min(GROUP, count - first)) for number, first in enumerate(range(0, count, GROUP))]
+    jobs = jobs if only is None else jobs[only : only + 1]
+    total = sum(size for _, size in jobs)
+    with tqdm(total=total, desc=bar_text, unit='solve') as bar, ThreadPoolExecutor(AT_ONCE) as pool:
+        rest = iter(jobs)
         while not enough() and (some := list(islice(rest, 4 * AT_ONCE))):
             for (number, size), done in zip(some, pool.map(lambda job: _work(seed, *job), some)):
-                _add(tally, *done, f'seed {seed}, group {number}', bar)
+                _add(tally, *done, seed, number, bar)
                 bar.update(size)
     return tally
 
@@ -109,17 +115,22 @@ def _work(seed: int, number: int, size: int) -> tuple[Group, Answers, list[tuple
     return group, answers, faults
 
 
-def _add(tally: Tally, group: Group, answers: Answers, faults: list[tuple[int, str]], name: str, bar: tqdm) -> None:
+def _add(
+    tally: Tally, group: Group, answers: Answers, faults: list[tuple[int, str]], seed: int, number: int, bar: tqdm
+) -> None:
     """Count a group, and say what is wrong."""
+    name = group.judge.arm.name
     tally.solves += len(answers.q)
     tally.wrong += len(faults)
     tally.groups += 1
-    tally.arms += group.judge.arm.name == MADE_UP
+    tally.arms.add(f'{name} {number}' if name == MADE_UP else name)
+    tally.faulty += [number] if faults else []
+    tally.late_once += answers.late_once
     tally.statuses.update(Status(status).label for status in answers.status)
     if group.options.deadline > 0.0:
         tally.latest = max(tally.latest, float(answers.cpu_time.max()) - group.options.deadline)
     for row, fault in faults[: SHOWN - len(tally.faults)]:
-        tally.faults.append(f'{name}, row {row}, {group.judge.arm.name}: {fault}')
+        tally.faults.append(f'seed {seed}, group {number}, row {row}, {name}: {fault}')
         bar.write(f'wrong: {tally.faults[-1]}, {group.options}')
 
 
@@ -143,20 +154,33 @@ def _made_up_arm(random: np.random.Generator) -> Judge:
 
 def solve_each(group: Group) -> Answers:
     """Solve row by row, as the node does, and take the thread's CPU time of each."""
-    solutions, seconds = zip(*(_solve_timed(group, row) for row in range(len(group.targets))))
+    tried = [_solve_until_in_time(group, row) for row in range(len(group.targets))]
+    solutions, seconds = [tries[0][0] for tries in tried], [tries[-1][1] for tries in tried]
+    late_once = sum(_in_time(group, tries[-1][1]) for tries in tried if len(tries) > 1)
     figures = np.array([(s.status, s.position_error, s.orientation_error) for s in solutions]).T
-    return Answers(np.array([s.q for s in solutions]), figures[0].astype(int), *figures[1:], np.array(seconds))
+    return Answers(
+        np.array([s.q for s in solutions]), figures[0].astype(int), *figures[1:], np.array(seconds), late_once
+    )
 
 
-def _solve_timed(group: Group, row: int, repeats: int = REPEATS) -> tuple[Solution, float]:
-    """Return the solution and its CPU time [s], the least of several where it is late."""
+def _solve_until_in_time(group: Group, row: int) -> list[tuple[Solution, float]]:
+    """Return the solution and its CPU time [s], of every try: one, or more where it is late."""
+    tries = [_solve_timed(group, row)]
+    while not _in_time(group, tries[-1][1]) and len(tries) <= REPEATS:
+        tries.append(_solve_timed(group, row))
+    return tries
+
+
+def _solve_timed(group: Group, row: int) -> tuple[Solution, float]:
+    """Return the solution and its CPU time [s]."""
     began = time.thread_time()
     solution = solve(group.judge.arm, group.targets[row], group.seeds[row], group.options, group.references[row])
-    seconds = time.thread_time() - began
-    if repeats and 0.0 < group.options.deadline < seconds - LATE:
-        solution, again = _solve_timed(group, row, repeats - 1)
-        seconds = min(seconds, again)
-    return solution, seconds
+    return solution, time.thread_time() - began
+
+
+def _in_time(group: Group, seconds: float) -> bool:
+    """Whether a CPU time [s] is no longer than the deadline and a little."""
+    return not 0.0 < group.options.deadline < seconds - LATE
 
 
 def find_late(group: Group, answers: Answers) -> list[tuple[int, str]]:

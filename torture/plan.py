@@ -15,11 +15,26 @@ LONGEST = 500  # characters of a fault in the summary
 
 @dataclass(frozen=True)
 class Plan:
-    """The size of a run. `seed` makes what is random; a section takes `count` or `minutes`, or its own default."""
+    """The size of a run. `seed` makes what is random; a section takes `count` or `minutes`, or its own default.
+
+    `group`: the one group of the section solves that is run, None for all.
+    """
 
     seed: int = 2026
     count: int | None = None
     minutes: float | None = None
+    group: int | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether every section is as large as it should be."""
+        return self.count is None and self.minutes is None and self.group is None
+
+    def words(self, again: str = '') -> str:
+        """Return the options of a command line that does the same; `again` are those of one check."""
+        given = {'seed': self.seed, 'count': self.count, 'minutes': self.minutes, 'group': self.group}
+        words = [f'--{name} {value}' for name, value in given.items() if value is not None]
+        return ' '.join([*words, again]) if again and self.group is None else ' '.join(words)
 
     def seconds(self, default: float) -> float:
         """Return how long a stretch of time is, `default` [s] unless the user said otherwise."""
@@ -28,23 +43,32 @@ class Plan:
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the summary: what was tried, the figure that came out, and the fault, empty where it is right."""
+    """One line of the summary: what was tried, the figure that came out, and the fault, empty where it is right.
+
+    again: options that make less of the section and show the same fault.
+    """
 
     what: str
     figure: str
     fault: str = ''
+    again: str = ''
 
     @property
     def verdict(self) -> str:
         """The last column of the summary."""
-        if self.fault.startswith('skipped'):
+        if self.skipped:
             return self.fault
-        return f'WRONG: {self.fault[:LONGEST]!r}' if self.fault else 'right'
+        return f'WRONG: {self.fault[:LONGEST]!r}'.replace('|', '\\|') if self.fault else 'right'
+
+    @property
+    def skipped(self) -> bool:
+        """Whether this machine cannot try it."""
+        return self.fault.startswith('skipped')
 
     @property
     def wrong(self) -> bool:
         """Whether the exit code has to say so; what this machine cannot try is no fault."""
-        return bool(self.fault) and not self.fault.startswith('skipped')
+        return bool(self.fault) and not self.skipped
 
 
 def skipped(what: str, reason: str) -> Check:
