@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from ros_helpers import CALM, CALM_ARGUMENTS, TIMEOUT, allow_lark
 
-from bench.check import make_group
+from bench import check
 from ros_ik_pkg.ik import load_arm
 from torture import __main__ as command
-from torture import files, load, messages, parameters, soak, solves
+from torture import files, load, messages, parameters, reliability, soak, solves
 from torture import peer as peer_module
 from torture.cable import CLEAR, CUT, Cable, Weather
 from torture.hostile import HOSTILE
@@ -60,8 +60,21 @@ def go_until(stream, rate, seconds, condition) -> None:
         stream.go(rate, seconds)
 
 
-def test_random_solves_are_right_whatever_the_seed():
-    assert_right(solves.run(Plan(seed=7, count=1000)))
+def test_random_solves_are_right_whatever_the_seed(monkeypatch):
+    monkeypatch.setattr(check, 'GROUP', 25)
+    checks = list(solves.run(Plan(seed=7, count=1000)))
+    assert_right(checks)
+    assert checks[0].figure.startswith('1000, 40 sets of options on ')
+    assert int(checks[0].figure.split()[-2]) > 20
+
+
+def test_a_group_with_a_wrong_answer_is_named_and_can_be_run_alone(monkeypatch):
+    monkeypatch.setattr(check, 'GROUP', 20)
+    monkeypatch.setattr(check, 'find_late', lambda group, answers: [(3, 'late')])
+    wrong = list(solves.run(Plan(seed=7, count=60)))[1]
+    assert wrong.figure == '3' and 'seed 7, group 2, row 3' in wrong.fault and wrong.again == '--group 0'
+    assert list(solves.run(Plan(seed=7, count=60, group=2)))[1].fault in wrong.fault
+    assert next(solves.run(Plan(seed=7, count=60, group=3))).wrong
 
 
 def test_any_message_is_answered_with_a_reason():
@@ -204,25 +217,84 @@ def test_the_report_keeps_the_last_run_of_each_section(tmp_path):
     assert counts == [0, 1, 1, 1, 2]
 
 
-@pytest.mark.parametrize(('check', 'code'), [(Check('x', '1'), 0), (Check('x', '1', 'no'), 1), (skipped('x', 'no'), 0)])
-def test_the_exit_code_is_0_only_if_nothing_is_wrong(check, code, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(files, 'run', lambda plan: [check])
-    monkeypatch.setattr('sys.argv', ['torture', 'files', '--seed', '5', '--output', str(tmp_path / 'report.md')])
+def fails_midway(plan):
+    """A section that a crash ends."""
+    yield Check('before', '1')
+    raise RuntimeError('no node | any more')
+
+
+@pytest.fixture
+def torture(tmp_path, monkeypatch, capsys):
+    """Run the command with sections as they are given; return exit code, lines, and the report that it writes."""
     monkeypatch.setattr(command, 'own_domain', lambda: threading.Lock())
-    assert command.main() == code
-    assert check.verdict in (tmp_path / 'report.md').read_text()
-    assert ('--seed 5' in capsys.readouterr().out.splitlines()[-1]) == bool(code)
+    monkeypatch.setattr(command, 'REPORT', tmp_path / 'report.md')
+
+    def run(*words, **sections):
+        for name, section in sections.items():
+            monkeypatch.setattr(f'torture.{name}.run', section)
+        monkeypatch.setattr('sys.argv', ['torture', *words])
+        code = command.main()
+        report = tmp_path / 'report.md'
+        return code, capsys.readouterr().out.splitlines(), report.read_text() if report.exists() else ''
+
+    return run
+
+
+@pytest.mark.parametrize(('found', 'code'), [(Check('x', '1'), 0), (Check('x', '1', 'no'), 1), (skipped('x', 'no'), 0)])
+def test_the_exit_code_is_0_only_if_nothing_is_wrong(torture, found, code):
+    got, lines, report = torture('files', '--seed', '5', files=lambda plan: [found])
+    assert got == code and found.verdict in report
+    assert ('reproduce with scripts/torture files --seed 5' in lines) == bool(code)
+    assert lines[-1] == f'1 checks, {code} wrong' + ', skipped files: x' * found.skipped
+
+
+def test_a_crash_of_a_section_is_a_finding_and_the_next_one_is_run(torture):
+    words, after = ('files', 'load', '--seed', '5'), [Check('x', '1')]
+    code, lines, report = torture(*words, files=fails_midway, load=lambda plan: after)
+    assert code == 1 and lines[-1] == '3 checks, 1 wrong'
+    assert '| before ' in report and r"WRONG: 'RuntimeError: no node \| any more'" in report and '## load' in report
+    assert 'reproduce with scripts/torture files --seed 5' in lines
+
+
+def test_a_small_run_leaves_the_report_alone_and_says_how_it_is_reproduced(torture, tmp_path):
+    wrong = Check('x', '1', 'no', '--group 3')
+    words = 'solves', '--count', '10', '--minutes', '0.5'
+    code, lines, report = torture(*words, solves=lambda plan: [wrong])
+    assert (code, report) == (1, '')
+    assert 'reproduce with scripts/torture solves --seed 2026 --count 10 --minutes 0.5 --group 3' in lines
+    assert '## solves' in torture(*words, '--output', str(tmp_path / 'report.md'), solves=lambda plan: [wrong])[2]
+
+
+@pytest.mark.parametrize(('words', 'said'), [
+    (['soap'], "'soap' is no section; expected solves, messages"),
+    (['files', '--count', '0'], 'nothing would be tried'),
+    (['files', '--count', '-1'], 'expected a whole number'),
+    (['files', '--minutes', '0'], 'expected minutes, more than 0'),
+    (['files', '--minutes', 'nan'], 'expected minutes, more than 0'),
+])  # fmt: skip
+def test_what_makes_no_sense_on_the_command_line_is_refused(words, said, capsys):
+    with pytest.raises(SystemExit):
+        command.make_parser().parse_args(words)
+    assert said in capsys.readouterr().err
+
+
+def test_the_report_names_files_that_are_not_committed(monkeypatch):
+    changed = ''.join(f' M file{k}\n' for k in range(7))
+    monkeypatch.setattr(reliability, '_git', lambda word, *rest: 'abc\n' if word == 'rev-parse' else changed)
+    assert reliability.commit() == 'abc, not committed: file0, file1, file2, file3, file4 and 2 more'
+    changed = ''
+    assert reliability.commit() == 'abc'
 
 
 def test_the_help_names_every_section_and_option():
     help_text = (command.ROOT / 'scripts' / 'torture').read_text()
     assert all(f'#   {section} ' in help_text for section in command.SECTIONS)
-    assert all(option in help_text for option in ('--seed', '--count', '--minutes', '--output'))
+    assert all(option in help_text for option in ('--seed', '--count', '--minutes', '--group', '--output'))
     assert {f'{name}.py' for name in command.SECTIONS} <= set(os.listdir(command.ROOT / 'torture'))
 
 
 def test_the_same_seed_makes_the_same_problems():
-    first, again, other = (make_group(np.random.default_rng([seed, 0]), 10) for seed in (7, 7, 8))
+    first, again, other = (check.make_group(np.random.default_rng([seed, 0]), 10) for seed in (7, 7, 8))
     assert first.options == again.options != other.options
     np.testing.assert_array_equal(first.targets, again.targets)
     np.testing.assert_array_equal(first.seeds, again.seeds)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import math
 import shlex
 import sys
+import traceback
+from collections.abc import Iterator
 from pathlib import Path
 
 from bench.process import ROOT
@@ -16,43 +19,100 @@ from torture.plan import Check, Plan
 from torture.reliability import Reliability
 
 SECTIONS = ('solves', 'messages', 'parameters', 'files', 'load', 'faults', 'network', 'soak')
+REPORT = ROOT / 'docs' / 'reliability.md'
 
 
 def main() -> int:
     """Run the sections; 0 where all is right, 1 where something is wrong."""
     given = make_parser().parse_args()
-    plan = Plan(given.seed, given.count, given.minutes)
+    plan = Plan(given.seed, given.count, given.minutes, given.group)
+    output = given.output or (REPORT if plan.whole else None)  # a small run is no news about the large one
+    found: dict[str, list[Check]] = {}
     try:
         warm_up()
         with own_domain():
-            checks = [check for name in given.sections or SECTIONS for check in run_section(name, plan, given.output)]
+            for name in given.sections or SECTIONS:
+                found[name] = run_section(name, plan, output)
     except KeyboardInterrupt:
         return 130
-    wrong = sum(check.wrong for check in checks)
-    print(f'\n{len(checks)} checks, {wrong} wrong' + (f'; reproduce with --seed {plan.seed}' if wrong else ''))
-    return 1 if wrong else 0
+    print('\n' + '\n'.join(closing_lines(found, plan)))
+    return 1 if any(check.wrong for checks in found.values() for check in checks) else 0
 
 
 def make_parser() -> argparse.ArgumentParser:
     """Describe the command line; scripts/torture says what its options mean."""
     parser = argparse.ArgumentParser(prog='torture')
-    parser.add_argument('sections', nargs='*', choices=(*SECTIONS, []), metavar='SECTION')
-    parser.add_argument('--seed', type=int, default=Plan.seed)
-    parser.add_argument('--count', type=int)
-    parser.add_argument('--minutes', type=float)
-    parser.add_argument('--output', type=Path, default=ROOT / 'docs' / 'reliability.md')
+    parser.add_argument('sections', nargs='*', type=section, metavar='SECTION')
+    parser.add_argument('--seed', type=whole_number, default=Plan.seed)
+    parser.add_argument('--count', type=some)
+    parser.add_argument('--minutes', type=some_minutes)
+    parser.add_argument('--group', type=whole_number)
+    parser.add_argument('--output', type=Path)
     return parser
 
 
-def run_section(name: str, plan: Plan, output: Path) -> list[Check]:
+def section(text: str) -> str:
+    """Read the name of a section."""
+    if text not in SECTIONS:
+        raise argparse.ArgumentTypeError(f'{text!r} is no section; expected {", ".join(SECTIONS)}')
+    return text
+
+
+def whole_number(text: str) -> int:
+    """Read 0 or more."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f'{text!r}; expected a whole number')
+    return int(text)
+
+
+def some(text: str) -> int:
+    """Read 1 or more."""
+    if not (number := whole_number(text)):
+        raise argparse.ArgumentTypeError('nothing would be tried; expected 1 or more')
+    return number
+
+
+def some_minutes(text: str) -> float:
+    """Read a time [min] that is longer than none."""
+    try:
+        minutes = float(text)
+    except ValueError:
+        minutes = math.nan
+    if not 0.0 < minutes < math.inf:
+        raise argparse.ArgumentTypeError(f'{text!r}; expected minutes, more than 0')
+    return minutes
+
+
+def run_section(name: str, plan: Plan, output: Path | None) -> list[Check]:
     """Run one section, print its table, and write it to the report at once: later ones may take hours."""
     report = Reliability(name, 'scripts/torture ' + shlex.join(sys.argv[1:]))
-    section = importlib.import_module(f'torture.{name}')
-    checks = list(section.run(plan))
-    table = [['what', 'figure', 'verdict'], *([check.what, check.figure, check.verdict] for check in checks)]
-    print(f'\n## {name}\n\n{markdown(table)}', flush=True)
-    report.write(output, section.__doc__ or '', markdown(table))
+    module = importlib.import_module(f'torture.{name}')
+    checks = list(whatever_happens(module.run(plan)))
+    table = markdown([['what', 'figure', 'verdict'], *([check.what, check.figure, check.verdict] for check in checks)])
+    print(f'\n## {name}\n\n{table}', flush=True)
+    if output:
+        report.write(output, module.__doc__ or '', table)
     return checks
+
+
+def whatever_happens(checks: Iterator[Check]) -> Iterator[Check]:
+    """Yield the checks of a section, and what ended it before its time: that is what was looked for."""
+    try:
+        yield from checks
+    except Exception as error:
+        traceback.print_exc()
+        yield Check('the section to its end', '', f'{type(error).__name__}: {error}')
+
+
+def closing_lines(found: dict[str, list[Check]], plan: Plan) -> Iterator[str]:
+    """Say how each wrong section is run again; then, in the last line, what was wrong and what was left out."""
+    for name, checks in found.items():
+        for again in dict.fromkeys(check.again for check in checks if check.wrong):
+            yield f'reproduce with scripts/torture {name} {plan.words(again)}'
+    every = [(name, check) for name, checks in found.items() for check in checks]
+    left_out = [f'{name}: {check.what}' for name, check in every if check.skipped]
+    wrong = sum(check.wrong for _, check in every)
+    yield f'{len(every)} checks, {wrong} wrong' + (f', skipped {", ".join(left_out)}' if left_out else '')
 
 
 if __name__ == '__main__':
