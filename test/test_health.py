@@ -44,12 +44,29 @@ def test_rates_causes_and_latencies_are_those_of_the_period():
     assert values['last_error'] == 'because of frame'
     quiet = figures(health.report(DEFAULTS, 2.0))
     assert quiet['targets_per_second'] == '0.0' and 'refused.frame' not in quiet
-    assert math.isnan(float(quiet['latency_p50'])) and quiet['last_error'] == 'because of frame'
+    assert math.isnan(float(quiet['latency_p50']))
+
+
+def test_the_last_error_stays_with_its_age(monkeypatch):
+    assert figures(health_after((SOLVED, 'converged'))[1])['last_error_age'] == 'nan'
+    health, status = health_after((SOLVED, 'converged'), (REFUSED, 'frame'))
+    assert 0.0 <= float(figures(status)['last_error_age']) < 60.0
+    began = health.last_error_time
+    health.count(Answer(PoseStamped(), SOLVED, 'converged', 'within tolerance', 'dls'), 0.001)
+    monkeypatch.setattr('time.monotonic', lambda: began + 90.0)
+    later = figures(health.report(DEFAULTS, 2.0))
+    assert (later['last_error'], later['last_error_age']) == ('because of frame', '90.0')
 
 
 def test_solved_targets_or_none_are_fine():
     assert health_after()[1].level == OK
     assert health_after((SOLVED, 'converged'))[1].level == OK
+
+
+@pytest.mark.parametrize(('solved', 'level'), [(0, ERROR), (1, WARN)])
+def test_a_node_that_answers_no_target_at_all_is_an_error_unless_told_otherwise(solved, level):
+    outcomes = [(REFUSED, 'joint_states'), (FAILED, 'stalled'), *[(SOLVED, 'converged')] * solved]
+    assert health_after(*outcomes)[1].level == level
 
 
 def test_an_internal_error_goes_before_all_else_and_waiting_is_told():

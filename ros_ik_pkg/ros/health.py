@@ -40,6 +40,7 @@ class Health:
     solve_times: list[float] = field(default_factory=list)  # s
     internal_errors: int = 0
     last_error: str = ''
+    last_error_time: float = math.nan  # s, when the target of it came
     last_target: float = field(default_factory=time.monotonic)  # s; the start, before the first
 
     def count(self, answer: Answer, latency: float) -> None:
@@ -51,7 +52,7 @@ class Health:
         if answer.outcome != SOLVED:
             counter = self.failed if answer.outcome == FAILED else self.refused
             counter[answer.cause] += 1
-            self.last_error = shorten(answer.reason)
+            self.last_error, self.last_error_time = shorten(answer.reason), self.last_target
         self.internal_errors += answer.cause == INTERNAL_ERROR
 
     def report(
@@ -107,6 +108,7 @@ class Health:
             'solve_time_p50': _percentile(self.solve_times, 50),
             'solve_time_p99': _percentile(self.solve_times, 99),
             'last_error': self.last_error,
+            'last_error_age': round(time.monotonic() - self.last_error_time, 3),
         }
 
 

@@ -85,7 +85,7 @@ def _health_limit(name: str, default: float, text: str, unit: str = '', maximum:
 
 HEALTH_OPTIONS = (
     _health_limit('warn_failed_ratio', 0.01, 'WARN from this share of failed or refused targets on', maximum=1.0),
-    _health_limit('error_failed_ratio', 0.0, 'ERROR from this share of failed or refused targets on', maximum=1.0),
+    _health_limit('error_failed_ratio', 1.0, 'ERROR from this share of failed or refused targets on', maximum=1.0),
     _health_limit('warn_latency', 0.0, 'WARN from this 99th percentile of the latency on', 's'),
     _health_limit('error_latency', 0.0, 'ERROR from this 99th percentile of the latency on', 's'),
     _health_limit('joint_states_silence', 2.0, 'WARN where a joint was not heard of for so long, while seeds are '
