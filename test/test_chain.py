@@ -41,6 +41,11 @@ def test_home_is_zero_or_the_middle_where_zero_is_not_inside_the_limits(lower, u
     assert load_arm(chain(('j', 'revolute', {'lower': lower, 'upper': upper}))).home.tolist() == [home]
 
 
+@pytest.mark.parametrize(('lower', 'upper', 'home'), [(0.0, 1e6, np.pi), (-1e6, 0.0, -np.pi), (5.0, 1e6, 5.0 + np.pi)])
+def test_home_is_near_zero_in_a_range_that_is_wider_than_any_use(lower, upper, home):
+    assert load_arm(chain(('j', 'revolute', {'lower': lower, 'upper': upper}))).home == pytest.approx([home])
+
+
 def test_velocity_limits_come_from_the_file_and_zero_means_unknown():
     arm = load_arm(chain(('j1', 'revolute', {'velocity': 2.5}), ('j2', 'revolute', {'velocity': 0.0})))
     assert arm.velocity_limits.tolist() == [2.5, np.inf]
@@ -97,6 +102,15 @@ def test_a_prismatic_mimic_keeps_its_master_from_wrapping():
     arm = load_arm(chain(('j1', 'continuous', {}), ('j2', 'prismatic', {'mimic': ('j1', 0.1, 0.0)})))
     assert arm.wraps.tolist() == [0]
     assert (arm.lower[0], arm.upper[0]) == (-20.0, 20.0)
+
+
+@pytest.mark.parametrize('offset', [1.5, -2.5])
+def test_a_mimic_that_stands_still_outside_its_limits_is_refused(offset):
+    limits = {'lower': -2.0, 'upper': 1.0}
+    expected = f"'j2' mimics with multiplier 0, so it stays at {offset}, outside its limits lower = -2 and upper = 1"
+    with pytest.raises(ModelError, match=expected):
+        load_arm(chain(('j1', 'revolute', {}), ('j2', 'revolute', {**limits, 'mimic': ('j1', 0.0, offset)})))
+    assert load_arm(chain(('j1', 'revolute', {}), ('j2', 'revolute', {**limits, 'mimic': ('j1', 0.0, 1.0)}))).n == 1
 
 
 @pytest.mark.parametrize(

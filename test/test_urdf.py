@@ -6,7 +6,7 @@ import contextlib
 
 import numpy as np
 import pytest
-from chains import joint_xml, pinocchio_pose, random_urdf, urdf
+from chains import chain, joint_xml, pinocchio_pose, random_urdf, urdf
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -118,7 +118,9 @@ BAD_LIMITS = [
     ('<limit velocity="1"/>', "joint 'elbow': <limit> has neither lower nor upper"),
     ('<limit lower="1" upper="1"/>', "joint 'elbow': limits lower = 1 and upper = 1 are equal"),
     ('<limit lower="2" upper="-1"/>', "joint 'elbow': limits lower = 2 and upper = -1 are reversed"),
-    ('<limit lower="2"/>', 'lower = 2 and upper = 0 are reversed'),
+    ('<limit lower="2"/>', '<limit> has lower = 2, but upper is missing and counts as 0; expected lower < upper'),
+    ('<limit upper="-1"/>', '<limit> has upper = -1, but lower is missing and counts as 0'),
+    ('<limit lower="0" upper="1_0"/>', "joint 'elbow': <limit upper> is '1_0'; expected a finite number"),
     ('<limit lower="nan" upper="1"/>', "joint 'elbow': <limit lower> is 'nan'; expected a finite number"),
     ('<limit lower="-1" upper="inf"/>', "joint 'elbow': <limit upper> is 'inf'"),
     ('<limit lower="-1" upper="1" velocity="fast"/>', "joint 'elbow': <limit velocity> is 'fast'"),
@@ -166,6 +168,24 @@ def test_an_unsupported_joint_on_the_chain_is_named_with_its_type(kind):
         ModelError, match=f"joint 'elbow' is of type {kind}; a chain takes revolute, continuous, pris"
     ):
         load_arm(GOOD.replace('<joint name="elbow" type="revolute"', f'<joint name="elbow" type="{kind}"'))
+
+
+@pytest.mark.parametrize('kind', ['planar', 'floating'])
+def test_a_joint_that_lets_the_whole_robot_move_is_refused_with_a_base_frame_below_it(kind):
+    joint = f'<joint name="world_joint" type="{kind}"><parent link="world"/><child link="base"/></joint>'
+    text = chain(('j', 'revolute', {})).replace('</robot>', f'<link name="world"/>{joint}</robot>')
+    with pytest.raises(ModelError, match=r"'world_joint' is of type .*: choose a base frame below it, such as 'base'"):
+        load_arm(text)
+    assert load_arm(text, base='base').n == 1
+
+
+@pytest.mark.parametrize(('old', 'new'), [('type="revolute"', 'type="hinge"'), ('0.0 0.0 1.0', '0 0 0'),
+                                          ('child link="tip"', 'child link="tap"')])  # fmt: skip
+def test_what_is_wrong_inside_a_robot_is_told_with_its_name(old, new):
+    text = chain(('j', 'revolute', {}))
+    assert old in text
+    with pytest.raises(ModelError, match=r"^robot 'made_up': joint"):
+        load_arm(text.replace(old, new))
 
 
 def test_the_upper_limit_alone_is_enough():

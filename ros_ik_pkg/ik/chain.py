@@ -13,6 +13,7 @@ from ros_ik_pkg.ik.tree import ROTARY, Joint, Tree, shorten
 
 MAX_VARIABLES = 12
 TURN = 2.0 * math.pi
+FURTHEST_HOME = math.pi  # [rad, m] from the limit near zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,23 +76,33 @@ def make_chain(tree: Tree, base: str, tip: str) -> Chain:
 
 
 def rest(lower: float, upper: float) -> float:
-    """Zero where it lies inside the limits and on neither, else the middle."""
-    return 0.0 if lower < 0.0 < upper else 0.5 * (lower + upper)
+    """Zero where it lies inside the limits and on neither, else the middle, or FURTHEST_HOME inside a wider range."""
+    if lower < 0.0 < upper:
+        return 0.0
+    inside = min(0.5 * (upper - lower), FURTHEST_HOME)
+    return lower + inside if lower >= 0.0 else upper - inside
 
 
 def _refuse_faults(joints: Sequence[Joint]) -> None:
     """Raise ModelError with what is wrong with the joints, all at once."""
-    faults = list(dict.fromkeys(joint.fault for joint in joints if joint.fault))
+    faults = list(dict.fromkeys(joint.fault + _way_round(joint) for joint in joints if joint.fault))
     if faults:
         raise ModelError('; '.join(faults))
+
+
+def _way_round(joint: Joint) -> str:
+    """Say how to do without a joint that no chain takes, such as the one that lets a robot walk."""
+    return '' if joint.movable else f': choose a base frame below it, such as {joint.child!r}'
 
 
 def _limits(group: Sequence[_Drive]) -> tuple[float, float]:
     """Intersect the limits of a variable with those of the joints that mimic it."""
     lower, upper = group[0].master.lower, group[0].master.upper
     for drive in group:
-        if drive.multiplier != 0.0:
-            joint = drive.joint
+        joint = drive.joint
+        if drive.multiplier == 0.0:
+            _refuse_outside(joint, drive.offset)
+        else:
             ends = [(limit - drive.offset) / drive.multiplier for limit in (joint.lower, joint.upper)]
             lower, upper = max(lower, min(ends)), min(upper, max(ends))
     if not lower < upper:
@@ -100,6 +111,13 @@ def _limits(group: Sequence[_Drive]) -> tuple[float, float]:
         raise ModelError(f'joint {master.name!r} and those that mimic it ({shorten(mimics)}) '
                          'have no common range')
     return lower, upper
+
+
+def _refuse_outside(joint: Joint, value: float) -> None:
+    """Raise ModelError where a mimic joint that never moves stands outside its limits."""
+    if not joint.lower <= value <= joint.upper:
+        raise ModelError(f'joint {joint.name!r} mimics with multiplier 0, so it stays at {value:g}, outside its '
+                         f'limits lower = {joint.lower:g} and upper = {joint.upper:g}')
 
 
 def _velocity(group: Sequence[_Drive]) -> float:

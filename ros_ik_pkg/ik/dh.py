@@ -11,7 +11,7 @@ import yaml
 
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.transforms import rotation_about, rotation_from_rpy, transform
-from ros_ik_pkg.ik.tree import MOVABLE, ROTARY, Joint, Tree, grow, shorten, suggest
+from ros_ik_pkg.ik.tree import MOVABLE, ROTARY, Joint, Tree, fault_of_name, grow, shorten, suggest, to_number
 
 MAX_BYTES = 2**20
 CONVENTIONS = ('standard', 'modified')
@@ -20,6 +20,7 @@ ROBOT_KEYS = ('name', 'source', 'convention', 'angles', 'base_frame', 'tip_frame
 ROBOT_OPTIONS = ('tool', 'home')
 JOINT_KEYS = ('name', 'type', 'a', 'alpha', 'd', 'theta')
 JOINT_OPTIONS = ('lower', 'upper', 'velocity', 'link')
+NAMES = ('name', 'base_frame', 'tip_frame', 'link')
 Fields = dict[str, yaml.Node]
 
 
@@ -59,7 +60,11 @@ def parse_dh(text: str | bytes) -> Tree:
     home = _read_home(robot, joints, unit)
     _text(robot, 'source')
     links = [joints[0].parent, *(joint.child for joint in [*joints, tip])]
-    return grow(_text(robot, 'name'), links, [*joints, tip], tip.child, home)
+    name = _text(robot, 'name')
+    try:
+        return grow(name, links, [*joints, tip], tip.child, home)
+    except ModelError as error:
+        raise ModelError(f'joints: {error}') from error
 
 
 def _compose(text: str | bytes) -> yaml.Node:
@@ -173,6 +178,8 @@ def _text(fields: Fields, key: str) -> str:
     node = fields[key]
     if not isinstance(node, yaml.ScalarNode) or not node.value.strip():
         _refuse(node, f'{key} is empty or no text; expected a text')
+    if key in NAMES and (fault := fault_of_name(str(node.value).strip())):
+        _refuse(node, f'{key}: {fault}')
     return str(node.value).strip()
 
 
@@ -201,10 +208,7 @@ def _to_float(node: yaml.Node, key: str) -> float:
     """Read one finite number; 1e-3, which YAML 1.1 takes for a text, is a number here."""
     if not isinstance(node, yaml.ScalarNode):
         _refuse(node, f'{key} is no number; expected a finite number')
-    try:
-        value = float(node.value)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    value = to_number(node.value)
+    if math.isnan(value):
         _refuse(node, f'{key} is {node.value!r}; expected a finite number')
     return value

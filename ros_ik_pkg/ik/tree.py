@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -150,8 +151,22 @@ def grow(name: str, links: Iterable[str], joints: Iterable[Joint], tip: str | No
 def suggest(name: str, known: Iterable[str]) -> str:
     """Say which known names come close to an unknown one."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    return f'did you mean {shorten(close)}?' if close else f'known: {shorten(known)}'
+    return did_you_mean(name, known) or f'known: {shorten(known)}'
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Ask whether names that come close were meant; empty where none does."""
+    close = difflib.get_close_matches(name, list(known), n=3, cutoff=0.5)
+    return f'did you mean {shorten(close)}?' if close else ''
+
+
+def to_number(text: str) -> float:
+    """Return the finite number that a file means, NaN where it means none; 1_0 is ten in Python alone."""
+    try:
+        value = math.nan if '_' in text else float(text)
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
 
 
 def shorten(names: Iterable[str], most: int = 12) -> str:
@@ -174,9 +189,15 @@ def _refuse_duplicates(names: list[str], what: str) -> None:
 
 def _refuse_long_names(names: list[str]) -> None:
     """Raise ModelError where a name would fill logs and messages."""
-    longest = max(names, key=len)
-    if len(longest) > MAX_NAME:
-        raise ModelError(f'a name has {len(longest)} characters, {longest[:30]!r}...; at most {MAX_NAME}')
+    if fault := fault_of_name(max(names, key=len)):
+        raise ModelError(fault)
+
+
+def fault_of_name(name: str) -> str:
+    """Say that a name is too long; empty where it is not."""
+    if len(name) <= MAX_NAME:
+        return ''
+    return f'a name has {len(name)} characters, {name[:30]!r}...; at most {MAX_NAME}'
 
 
 def _refuse_far_placements(joints: list[Joint]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.transforms import rotation_from_rpy, transform
-from ros_ik_pkg.ik.tree import MOVABLE, Joint, Mimic, Tree, grow, shorten
+from ros_ik_pkg.ik.tree import MOVABLE, Joint, Mimic, Tree, grow, shorten, to_number
 
 MAX_BYTES = 32 * 2**20
 MAX_LINKS = 5000
@@ -42,11 +42,20 @@ def parse_urdf(text: str | bytes) -> Tree:
         raise ModelError(f'the root element is <{robot.tag}>; expected <robot>, is this a URDF?')
     if any(element.tag.startswith('xacro:') for element in robot):
         raise ModelError('the text holds xacro macros; expand it to URDF first: xacro FILE > robot.urdf')
+    name = robot.get('name') or 'robot'
+    try:
+        return _read_tree(robot, name)
+    except ModelError as error:
+        raise ModelError(f'robot {name[:60]!r}: {error}') from error
+
+
+def _read_tree(robot: ElementTree.Element, name: str) -> Tree:
+    """Read all links and joints."""
     links = [_name(element, 'link') for element in robot.findall('link')]
     if len(links) > MAX_LINKS:
         raise ModelError(f'the robot has {len(links)} links; at most {MAX_LINKS} are read')
     joints = [_read_joint(element) for element in robot.findall('joint')]
-    return grow(robot.get('name') or 'robot', links, joints)
+    return grow(name, links, joints)
 
 
 def _parse_xml(text: str | bytes) -> ElementTree.Element:
@@ -154,6 +163,10 @@ def _judge_limits(limit: ElementTree.Element, lower: float, upper: float, where:
         return ''
     if 'lower' not in limit.attrib and 'upper' not in limit.attrib:
         return f'{where}: <limit> has neither lower nor upper; expected lower < upper, or type continuous'
+    for missing, key, given in (('upper', 'lower', lower), ('lower', 'upper', upper)):
+        if missing not in limit.attrib:
+            return f'{where}: <limit> has {key} = {given:g}, but {missing} is missing and counts as 0; ' \
+                   'expected lower < upper'
     problem = 'equal; make the joint fixed or widen them' if lower == upper else 'reversed'
     return f'{where}: limits lower = {lower:g} and upper = {upper:g} are {problem}; expected lower < upper'
 
@@ -186,10 +199,7 @@ def _vector(text: str, what: str) -> np.ndarray:
 
 def _number(text: str, what: str) -> float:
     """Read one finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
+    value = to_number(text)
+    if math.isnan(value):
         raise ModelError(f'{what} is {text!r}; expected a finite number')
     return value
