@@ -10,7 +10,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 ARGUMENTS = {
-    'robot': ('', 'a robot of config/robots, or the path or package:// URI of a .urdf, .xacro or DH .yaml file'),
+    'robot': ('', 'a robot of config/robots, or the path or URI of a .urdf, .xacro or DH .yaml file'),
     'method': ('', 'transpose, pinv, dls, adaptive_dls or sdls'),
     'params_file': ('', 'YAML file with parameters, such as a copy of config/ik_node.yaml'),
     'namespace': ('', 'namespace of the node, for several arms'),

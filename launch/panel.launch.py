@@ -13,7 +13,7 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 ARGUMENTS = {
     'start_node': ('true', 'whether to start an IK node too'),
-    'robot': ('puma560', 'a robot of config/robots, or the path or package:// URI of a .urdf, .xacro or DH .yaml file'),
+    'robot': ('puma560', 'a robot of config/robots, or the path or URI of a .urdf, .xacro or DH .yaml file'),
     'host': ('127.0.0.1', 'address to serve on; 0.0.0.0 for browsers of other machines'),
     'port': ('8080', 'first port to try'),
 }

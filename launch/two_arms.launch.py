@@ -17,7 +17,7 @@ ARGUMENTS = {
     'right_tip': ('', 'the same of the right arm'),
     'left_base': ('', 'frame that targets and solutions of the left arm speak of; empty: the root of the robot'),
     'right_base': ('', 'the same of the right arm'),
-    'robot': ('', 'path or package:// URI of a .urdf or .xacro file; empty: the URDF on the topic robot_description'),
+    'robot': ('', 'path or URI of a .urdf or .xacro file; empty: the URDF on the topic robot_description'),
     'method': ('', 'transpose, pinv, dls, adaptive_dls or sdls'),
     'params_file': ('', 'YAML file with parameters of both nodes, such as a copy of config/ik_node.yaml'),
     'joint_states': ('/joint_states', 'topic of the joint states of the whole robot (sensor_msgs/JointState)'),

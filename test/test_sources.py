@@ -121,5 +121,33 @@ def test_without_xacro_the_refusal_names_the_package(tmp_path, monkeypatch):
     assert 'install the package xacro' in refusal_of(path)
 
 
+def test_a_path_may_begin_at_home_and_a_file_uri_is_a_path(tmp_path, monkeypatch):
+    monkeypatch.setenv('HOME', str(tmp_path))
+    path = tmp_path / 'my arm.urdf'
+    path.write_text(URDF)
+    for source in ('~/my arm.urdf', path.as_uri(), f'file://localhost{path}'):
+        assert load_arm(source).joint_names == ('j1', 'j2')
+
+
+@pytest.mark.parametrize(
+    ('source', 'words'),
+    [
+        ('~nobody_of_this_name/arm.urdf', ['cannot read the robot', 'nobody_of_this_name']),
+        ('file://elsewhere/arm.urdf', ['expected file:///PATH', 'elsewhere']),
+        ('file://', ['expected file:///PATH']),
+        ('file:///no/such/arm.urdf', ['/no/such/arm.urdf', 'No such file']),
+        ('file:///a%00b.urdf', ['cannot read the robot']),
+    ],
+)
+def test_a_path_or_uri_that_leads_nowhere_is_refused_with_the_reason(source, words):
+    message = refusal_of(source)
+    assert all(word in message for word in words), message
+
+
+def test_a_slip_in_the_name_of_a_robot_is_told_with_what_was_meant():
+    assert refusal_of('puma650').endswith('or URDF text; did you mean puma560?')
+    assert refusal_of('r2d2').endswith('or URDF text')
+
+
 def test_text_is_never_expanded():
     assert 'the text holds xacro macros' in refusal_of(XACRO)

@@ -171,8 +171,8 @@ def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str |
     Parameters
     ----------
     source : str or path
-        Name of a robot of config/robots, path or package:// URI of a DH table (.yaml, .yml), of a .urdf or of a .xacro,
-        or URDF text.
+        Name of a robot of config/robots, path or URI (package://, file://) of a DH table (.yaml, .yml), of a .urdf or
+        of a .xacro, or URDF text.
     base, tip : str, optional
         Links that the chain leads from and to. Default base: the root link. Default tip: the tip frame of
         the DH table; of a URDF the only leaf, or the one leaf with the most movable joints above it.

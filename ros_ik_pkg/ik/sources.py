@@ -1,20 +1,21 @@
-"""Where robots come from: shipped by name, a DH table, URDF or xacro by path or package:// URI, or URDF text."""
+"""Where robots come from: shipped by name, a DH table, URDF or xacro by path or URI, or URDF text."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
 from pathlib import Path
+from urllib.parse import unquote
 
 from ros_ik_pkg.ik.dh import parse_dh
 from ros_ik_pkg.ik.exceptions import ModelError
-from ros_ik_pkg.ik.tree import Tree, shorten
+from ros_ik_pkg.ik.tree import Tree, did_you_mean, shorten
 from ros_ik_pkg.ik.urdf import MAX_BYTES, parse_urdf
 from ros_ik_pkg.share import share_path
 
 READERS: dict[str, Callable[[str | bytes], Tree]] = {
     '.yaml': parse_dh, '.yml': parse_dh, '.urdf': parse_urdf, '.xacro': parse_urdf}
-PACKAGE_SCHEME = 'package://'
+PACKAGE_SCHEME, FILE_SCHEME = 'package://', 'file://'
 BLANK = '\ufeff \t\r\n'
 
 
@@ -35,7 +36,7 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
             content = file.read(MAX_BYTES + 1)  # the reader refuses what is longer
     except ModelError:
         raise
-    except (OSError, TypeError, ValueError) as error:
+    except (OSError, TypeError, ValueError, RuntimeError) as error:  # the last where ~ leads to no home
         raise ModelError(f'cannot read the robot {source!r}: {error}') from error
     suffix = path.suffix.lower()
     try:
@@ -46,14 +47,31 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
 
 def _find_file(source: str | os.PathLike[str]) -> Path:
     """Find the file that a name, path or URI means."""
-    in_package = isinstance(source, str) and source.startswith(PACKAGE_SCHEME)
-    path = _path_in_package(str(source)) if in_package else Path(source)
+    path = _path_of(source)
     if path.suffix.lower() in READERS:
         return path
     if str(source) in robot_names():
         return share_path() / 'config' / 'robots' / f'{source}.yaml'
-    raise ModelError(f'robot {str(source)!r} is not known: expected one of {shorten(robot_names())}, '
-                     f'a path that ends in {shorten(READERS)}, or URDF text')
+    meant = did_you_mean(str(source), robot_names())
+    raise ModelError(f'robot {str(source)!r} is not known: expected one of {shorten(robot_names())}, a path that ends '
+                     f'in {shorten(READERS)}, or URDF text{"; " if meant else ""}{meant}')
+
+
+def _path_of(source: str | os.PathLike[str]) -> Path:
+    """Return the path that a path or URI means, ~ as the shell has it."""
+    if isinstance(source, str) and source.startswith(PACKAGE_SCHEME):
+        return _path_in_package(source)
+    if isinstance(source, str) and source.startswith(FILE_SCHEME):
+        return _path_of_file_uri(source)
+    return Path(source).expanduser()
+
+
+def _path_of_file_uri(uri: str) -> Path:
+    """Return the path of file:///PATH, with %20 and the like read."""
+    host, slash, path = uri.removeprefix(FILE_SCHEME).partition('/')
+    if host not in ('', 'localhost') or not path:
+        raise ModelError(f'robot {uri!r}: expected file:///PATH, the whole path of a file of this machine')
+    return Path(slash + unquote(path))
 
 
 def _path_in_package(uri: str) -> Path:

@@ -43,8 +43,8 @@ def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = 
 
 
 ARM_OPTIONS = (
-    _node_option('robot', 'puma560', 'a name in config/robots, or the path or package:// URI of a .urdf, .xacro or '
-                 'DH .yaml; empty: the URDF of the robot_description topic'),
+    _node_option('robot', 'puma560', 'a name in config/robots, or the path or URI (package://, file://) of a .urdf, '
+                 '.xacro or DH .yaml; empty: the URDF of the robot_description topic'),
     _node_option('robot_description', '', 'URDF text; used instead of robot where not empty'),
     _node_option('base_frame', '',
                  'frame that targets and solutions speak of; empty: the root of the robot'),
