@@ -11,6 +11,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.exceptions import OptionError
 from ros_ik_pkg.ik.records import Tuning
+from ros_ik_pkg.ik.tree import suggest, to_number
 
 METHODS = ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
 CHOICES = ('first', 'nearest', 'all')
@@ -57,7 +58,8 @@ class Option:
         return f'{count}from {self.minimum:g} to {self.maximum:g}' + (f' [{self.unit}]' if self.unit else '')
 
     def _refuse(self, value: Any) -> OptionError:
-        return OptionError(f'{self.ros_name} = {value!r} is not allowed: expected {self.expected()}')
+        hint = '' if isinstance(self.default, (bool, str)) else hint_at_number(value)
+        return OptionError(f'{self.ros_name} = {value!r} is not allowed: expected {self.expected()}{hint}')
 
     def _check_bool(self, value: Any) -> bool:
         if not isinstance(value, (bool, np.bool_)):
@@ -94,6 +96,16 @@ class Option:
     def _in_range(self, value: float) -> bool:
         assert self.minimum is not None and self.maximum is not None
         return self.minimum <= value <= self.maximum  # false for NaN
+
+
+def hint_at_number(value: Any) -> str:
+    """Say how YAML writes the number that a text means, or the first text of a list; empty where it means none."""
+    text = next((entry for entry in value if isinstance(entry, str)), '') if isinstance(value, (list, tuple)) else value
+    if not isinstance(text, str) or math.isnan(to_number(text)):
+        return ''
+    mantissa, e, exponent = text.strip().lower().partition('e')
+    whole = '' if not e or '.' in mantissa else '.0'
+    return f'; {text!r} is a text: write {mantissa}{whole}{f"e{int(exponent):+d}" if e else ""}, without quotes'
 
 
 def option(default: Any, text: str, **spec: Any) -> Any:
@@ -216,6 +228,14 @@ class SolveOptions:
     )
 
     numbers: np.ndarray = dataclass_field(init=False, repr=False, compare=False)
+
+    def __new__(cls, *_: Any, **values: Any) -> SolveOptions:
+        """Refuse a name that is none of these with those that come close."""
+        names = [spec.name for spec in OPTIONS]
+        for name in values:
+            if name not in names:
+                raise OptionError(f'option {name!r} is not known; {suggest(name, names)}')
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         for spec in OPTIONS:
