@@ -266,6 +266,13 @@ def test_the_robot_can_be_changed_while_targets_come(client):
         assert_solved(other, reply, target)
 
 
+def test_a_robot_with_fewer_joints_than_the_lists_have_numbers_is_refused_with_the_way_out(client):
+    client.set_parameters({'robot': 'panda', 'posture': [0.1] * 7, 'joint_weights': [1.0] * 7})
+    expected = "robot 'ur5': joint_weights has 7 numbers; expected 6, one for each joint, or none: for another"
+    assert expected in client.refusal_of(robot='ur5')
+    client.set_parameters({'robot': 'ur5', 'posture': [], 'joint_weights': [1.0] * 6})
+
+
 def test_the_robot_and_its_frames_can_be_changed_one_at_a_time(client, tmp_path):
     fork = tmp_path / 'fork.urdf'
     fork.write_text(FORK)

@@ -12,7 +12,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 
-from ros_ik_pkg.ik import Arm, IkError, warm_up
+from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
 from ros_ik_pkg.ik.compiled import CACHE_FOLDER
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer, shorten
@@ -95,7 +95,7 @@ class IkNode(Node):
         """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
         arm = self._robot_source.load(settings) if arm_changes else self._answering.arm
         if arm is not None:
-            settings.options.check_lengths(arm.n)
+            _check_lengths(settings, arm, arm_changes)
         return arm
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
@@ -152,6 +152,15 @@ class IkNode(Node):
             f'arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.tip_frame}, method {method}, '
             f'targets on {target}'
         )
+
+
+def _check_lengths(settings: Settings, arm: Arm, arm_changes: bool) -> None:
+    """Refuse lists that are not as long as the arm has joints; where it is the arm that changes, say the way out."""
+    try:
+        settings.options.check_lengths(arm.n)
+    except OptionError as error:
+        way_out = ': for another robot set posture and joint_weights to [] before or in the same call'
+        raise OptionError(f'robot {arm.name!r}: {error}{way_out if arm_changes else ""}') from error
 
 
 def _complete(arm: Arm | None) -> None:

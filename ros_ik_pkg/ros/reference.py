@@ -49,6 +49,9 @@ Set one at a time, every step must make sense by itself, because frames are look
 2. It needs frames of its own (a URDF with several tips): set `robot_description` and `robot` to `''`. Without
    a robot the node refuses targets and takes any frame names. Then set `base_frame` and `tip_frame`, then
    `robot`. Where the topic `robot_description` has a publisher, use `/ik_node/set_parameters_atomically`.
+
+`posture` and `joint_weights` have a number for each joint of the arm. Where the new arm has more or fewer joints,
+set them to `[]` before, or to what the new arm needs in the same call.
 """
 
 
