@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numerics import SEEDS, law, random_jacobian
 
-from ros_ik_pkg.ik.linalg import cholesky_solve, gram, svd
+from ros_ik_pkg.ik.linalg import factor, gram, lower_triangle, substitute, svd
 
 EPS = np.finfo(float).eps
 
@@ -80,36 +80,72 @@ def test_small_singular_values_have_full_relative_precision(seed, n):
     np.testing.assert_allclose(np.prod(sigma), np.prod(rows) * np.prod(np.linalg.svd(B)[1]), rtol=1e-11)
 
 
+def lower(A):
+    """Return the lower triangle of a matrix as the kernels take it."""
+    return tuple(A[np.tril_indices(6)].tolist())
+
+
+def solve(A, b):
+    """Solve A y = b; None where the factors say that A is not positive definite."""
+    definite, L, pivots = factor(lower(A))
+    return np.array(substitute(L, pivots, b)) if definite else None
+
+
 @law
 @given(SEEDS, st.integers(1, 12))
 def test_the_gram_matrix_is_j_jt_with_the_diagonal_added(seed, n):
     rng = np.random.default_rng(seed)
-    J, diagonal, A = random_jacobian(rng, n, 6), rng.uniform(0.0, 1.0, 6), np.full((6, 6), np.nan)
-    gram(np.ascontiguousarray(J.T), diagonal, A)
-    np.testing.assert_allclose(A, J @ J.T + np.diag(diagonal), rtol=1e-14, atol=1e-13)
+    J, diagonal = random_jacobian(rng, n, 6), rng.uniform(0.0, 1.0, 6)
+    A = gram(np.ascontiguousarray(J.T), tuple(diagonal.tolist()))
+    np.testing.assert_allclose(A, lower(J @ J.T + np.diag(diagonal)), rtol=1e-14, atol=1e-13)
+
+
+@law
+@given(SEEDS)
+def test_a_lower_triangle_is_read_row_by_row(seed):
+    A = np.random.default_rng(seed).normal(size=(6, 6))
+    assert lower_triangle(A) == lower(A)
+
+
+@law
+@given(SEEDS, st.integers(6, 9))
+def test_the_factors_multiply_to_the_matrix(seed, n):
+    J = random_jacobian(np.random.default_rng(seed), n, 6)
+    A = J @ J.T + 1e-3 * np.eye(6)
+    definite, below, pivots = factor(lower(A))
+    L = np.eye(6)
+    L[np.tril_indices(6, -1)] = below
+    assert definite
+    np.testing.assert_allclose(L @ np.diag(pivots) @ L.T, A, rtol=0, atol=50 * EPS * np.linalg.norm(A))
 
 
 @law
 @given(SEEDS, st.floats(0.0, 6.0))
-def test_cholesky_solves_as_lapack_does(seed, exponent):
+def test_the_factors_solve_as_lapack_does(seed, exponent):
     rng = np.random.default_rng(seed)
     J = random_jacobian(rng, 8, 6)
-    A, b, y = J @ J.T + 10.0**-exponent * np.eye(6), rng.normal(size=6), np.full(6, np.nan)
+    A, b = J @ J.T + 10.0**-exponent * np.eye(6), rng.normal(size=6)
     expected = np.linalg.solve(A, b)
     limit = 100 * EPS * np.linalg.cond(A) * np.linalg.norm(expected)
-    assert cholesky_solve(A, b, y)
-    np.testing.assert_allclose(y, expected, rtol=0, atol=limit)
+    np.testing.assert_allclose(solve(A, b), expected, rtol=0, atol=limit)
 
 
 @pytest.mark.parametrize('place', range(6))
 @pytest.mark.parametrize('bad', [0.0, -1.0, -1e-300, np.nan])
-def test_cholesky_refuses_what_is_not_positive_definite(place, bad):
+def test_what_is_not_positive_definite_has_no_factors(place, bad):
     A = np.eye(6)
     A[place, place] = bad
-    assert not cholesky_solve(A, np.ones(6), np.empty(6))
+    assert solve(A, np.ones(6)) is None
 
 
-def test_cholesky_refuses_an_indefinite_matrix_with_a_positive_diagonal():
+def test_an_indefinite_matrix_with_a_positive_diagonal_has_no_factors():
     A = np.eye(6)
     A[0, 1] = A[1, 0] = 2.0
-    assert not cholesky_solve(A, np.ones(6), np.empty(6))
+    assert solve(A, np.ones(6)) is None
+
+
+@law
+@given(SEEDS, st.integers(1, 5))
+def test_a_gram_matrix_of_less_than_full_rank_has_no_factors(seed, rank):
+    J = random_jacobian(np.random.default_rng(seed), 7, rank)
+    assert not factor(gram(np.ascontiguousarray(J.T), (0.0,) * 6))[0]

@@ -26,7 +26,7 @@ FREE_STEP = 50.0  # rad or m; a larger step of one joint is eight turns: the lin
 CLOCK_EVERY = 16  # iterations between looks at the clock
 
 
-@kernel
+@inlined
 def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt, first, pause, work, recorder):
     """Descend from work.q; return (status, steps, position error [m], orientation error [rad], norm, nearest).
 

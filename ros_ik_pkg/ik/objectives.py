@@ -6,7 +6,8 @@ import math
 
 from ros_ik_pkg.ik.compiled import kernel
 from ros_ik_pkg.ik.kinematics import fill_columns, walk
-from ros_ik_pkg.ik.linalg import ROWS, cholesky_solve, gram
+from ros_ik_pkg.ik.linalg import factor, gram
+from ros_ik_pkg.ik.steps import diagonal
 from ros_ik_pkg.ik.task import shape_columns
 
 NONE, POSTURE, LIMITS, MANIPULABILITY = range(4)
@@ -103,12 +104,10 @@ def log_manipulability(geometry, task, work):
     R, p = walk(geometry, work.q, work.axes)
     fill_columns(geometry, work.axes, p, work.trial)
     shape_columns(task, R, task.weights, work.trial)
-    for r in range(ROWS):
-        work.diagonal[r] = 0.0 if task.weights[r] > 0.0 else 1.0
-    gram(work.trial, work.diagonal, work.A)
-    if not cholesky_solve(work.A, work.diagonal, work.y):
+    definite, _, pivots = factor(gram(work.trial, diagonal(task.weights, 0.0)))
+    if not definite:
         return -math.inf
     total = 0.0
-    for r in range(ROWS):
-        total -= math.log(work.A[r, r])
+    for pivot in pivots:
+        total += 0.5 * math.log(pivot)
     return total

@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_ik_pkg.ik.compiled import inlined, kernel
+from ros_ik_pkg.ik.compiled import inlined
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
+from ros_ik_pkg.ik.views import shaped
 
 TRACE_WIDTH = len(TRACE_COLUMNS)
 
@@ -130,13 +131,13 @@ def pack_model(geometry: Geometry, reach: Reach) -> np.ndarray:
     return np.concatenate([np.ravel(part).astype(np.float64) for part in (*geometry, *reach)])
 
 
-@kernel
+@inlined
 def count_joints(model, n):
     """Return nj of a packed arm with n variables."""
     return (len(model) - 20 - 3 * n) // 16
 
 
-@kernel
+@inlined
 def unpack_model(model, n):
     """Return (Geometry, Reach), views of what pack_model packed for n variables. To be called by kernels only:
     the views are not counted as references."""
@@ -144,22 +145,22 @@ def unpack_model(model, n):
     a = 12 * (joints + 1)
     b = a + 4 * joints
     c = b + 3 * n
-    per_joint, per_variable = model[a:b].reshape(4, joints), model[b:c].reshape(3, n)
+    per_joint, per_variable = shaped(model[a:], (4, joints)), shaped(model[b:], (3, n))
     geometry = Geometry(
-        model[:a].reshape(joints + 1, 12),
+        shaped(model, (joints + 1, 12)),
         per_joint[0], per_joint[1], per_joint[2], per_joint[3],
         per_variable[0], per_variable[1], per_variable[2],
     )  # fmt: skip
     return geometry, Reach(model[c : c + 3], model[c + 3 : c + 6], model[c + 6 : c + 8])
 
 
-@kernel
+@inlined
 def buffer_size(joints, n):
     """Return how many numbers make_records cuts up."""
     return 144 + 6 * joints + 31 * n
 
 
-@kernel
+@inlined
 def make_records(joints, n, buffer, scores, integers, rows):
     """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
 
@@ -167,13 +168,13 @@ def make_records(joints, n, buffer, scores, integers, rows):
     """
     a = 144 + 6 * joints
     b, c, d = a + 12 * n, a + 24 * n, a + 30 * n
-    squares, sixes = buffer[:108].reshape(3, 6, 6), buffer[108:144].reshape(6, 6)
-    by_column = buffer[a:b].reshape(2, n, 6)
-    by_row, vectors = buffer[b:c].reshape(2, 6, n), buffer[c:d].reshape(6, n)
+    squares, sixes = shaped(buffer, (3, 6, 6)), shaped(buffer[108:], (6, 6))
+    by_column = shaped(buffer[a:], (2, n, 6))
+    by_row, vectors = shaped(buffer[b:], (2, 6, n)), shaped(buffer[c:], (6, n))
     work = Workspace(
-        buffer[144:a].reshape(joints, 6), by_column[0],
+        shaped(buffer[144:], (joints, 6)), by_column[0],
         sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
         vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5], by_column[1],
         scores, integers[:2],
     )  # fmt: skip
-    return work, Recorder(rows, integers[2:], squares[2], by_row[1], sixes[4]), buffer[d:].reshape(1, n)
+    return work, Recorder(rows, integers[2:], squares[2], by_row[1], sixes[4]), shaped(buffer[d:], (1, n))

@@ -7,7 +7,7 @@ import math
 from ros_ik_pkg.ik.approach import approach
 from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.clock import passed
-from ros_ik_pkg.ik.compiled import kernel
+from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.null_space import settle
@@ -39,7 +39,7 @@ TOO_FAR = 1e9  # added to the distance of answers beyond max_joint_jump: they co
 TURN = 2.0 * math.pi
 
 
-@kernel
+@inlined
 def search(geometry, starts, reach, task, tuning, reference, preferences, began, answers, ranks, work, recorder):
     """Search from work.q since the time `began`; leave the answer, or the closest approach, in work.q.
 
@@ -55,7 +55,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
-    steps, attempts, found, news, nearer, first, late = 0, 0, 0, 0, 0, -1, False
+    steps, taken, attempts, found, news, nearer, first, late = 0, 0, 0, 0, 0, 0, -1, False
     if budget < 1.0:  # no descents: the closest approach from the seed alone
         failure = STALLED
         assign(work.best, work.q)
@@ -63,17 +63,15 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
         hurry = attempts < hurried
         patience, progress = HURRIED if hurry else PATIENT
         cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
-        pause = LOOK if attempts == 0 and may_leave_seed else -1
+        pause = LOOK if attempts == 0 and taken == 0 and may_leave_seed else -1
         status, taken, position_error, orientation_error, norm, nearest = descend(
-            geometry, task, tuning, cap, patience, progress, stop_time, attempts, 0, pause, work, recorder
+            geometry, task, tuning, cap, patience, progress, stop_time, attempts, taken, pause, work, recorder
         )
         if status == PAUSED:
             score_starts(starts, task, scale, work.scores)
             first, status = nearest_start(work.scores), STALLED
             if norm < distance_of(starts, first, task):
-                status, taken, position_error, orientation_error, norm, nearest = descend(
-                    geometry, task, tuning, cap, patience, progress, stop_time, attempts, taken, -1, work, recorder
-                )
+                continue  # the seed keeps its descent
         steps += taken
         attempts += 1
         if status == CONVERGED:
@@ -110,6 +108,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
         if attempts == 1 and first < 0:
             score_starts(starts, task, scale, work.scores)
             first = nearest_start(work.scores)
+        taken = 0
         next_start(starts, attempts, first, work)
         if tuning.respect_limits > 0.0:  # starts are kept in single precision
             clip(geometry, work.q)
@@ -135,7 +134,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
     return failure, steps, attempts, count_near(ranks, found), position_error, orientation_error
 
 
-@kernel
+@inlined
 def errors_at(geometry, task, work):
     """Return position error [m], orientation error [rad] and weighted norm at work.q."""
     R, p = walk(geometry, work.q, work.axes)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.attempt import CONVERGED
 from ros_ik_pkg.ik.clock import now
-from ros_ik_pkg.ik.compiled import compiled, kernel
+from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import singular_figures
 from ros_ik_pkg.ik.records import (
@@ -23,6 +23,7 @@ from ros_ik_pkg.ik.records import (
 from ros_ik_pkg.ik.search import clip, search, unwrap
 from ros_ik_pkg.ik.solution import FIGURES
 from ros_ik_pkg.ik.task import look, make_task
+from ros_ik_pkg.ik.views import shaped
 
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
 # of numbers for each joint are for another arm
@@ -44,10 +45,11 @@ def solve_one(model, starts, numbers, target, seed, row):
 
     What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.2 us.
     """
-    out = row.reshape(1, len(row))
-    nothing = out[:0]
-    solve_range(model, starts, numbers, target, seed, seed, out, nothing, nothing)
-    return row[len(row) - WIDTH + STATUS] != NOT_AN_ARGUMENT
+    n = len(row) - WIDTH
+    memory = np.empty(memory_size(model, starts, n, 1))
+    nothing = shaped(row, (0, 0))
+    solve_rows(model, starts, numbers, target, seed, seed, shaped(row, (1, len(row))), nothing, nothing, memory)
+    return row[n + STATUS] != NOT_AN_ARGUMENT
 
 
 @compiled
@@ -57,20 +59,24 @@ def solve_range(model, starts, numbers, targets, seeds, references, out, answers
     Writes to out (N, n + len(FIGURES)): q, then the figures. `answers` (k, n) receives the k nearest answers of the
     last row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
     """
-    n = out.shape[1] - WIDTH
-    size, starts_size = buffer_size(count_joints(model, n), n), (starts.shape[1] + 1) // 2
-    memory = np.empty(3 + size + starts_size + max(1, len(answers)))  # one block: asking for four takes longer
-    solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, size, starts_size, memory)
-    return memory[:3].view(np.int64)[2]
+    memory = np.empty(memory_size(model, starts, out.shape[1] - WIDTH, max(1, len(answers))))
+    return solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, memory)
+
+
+@inlined
+def memory_size(model, starts, n, answers):
+    """Return how many numbers solve_rows needs: one block, since to ask for several takes longer."""
+    return 3 + buffer_size(count_joints(model, n), n) + (starts.shape[1] + 1) // 2 + answers
 
 
 @kernel
-def solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, size, starts_size, memory):
-    """Do what solve_range says, with its memory: three integers, a buffer of `size`, scores of the starts, ranks."""
+def solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, memory):
+    """Do what solve_range says. Its memory: three integers, a workspace, scores of the starts, ranks of answers."""
     n = out.shape[1] - WIDTH
-    integers, buffer = memory[:3].view(np.int64), memory[3 : 3 + size]
-    scores = memory[3 + size : 3 + size + starts_size].view(np.float32)[: starts.shape[1]]
-    ranks = memory[3 + size + starts_size :]
+    a = 3 + buffer_size(count_joints(model, n), n)
+    b = a + (starts.shape[1] + 1) // 2
+    integers, buffer = memory[:3].view(np.int64), memory[3:a]
+    scores, ranks = memory[a:b].view(np.float32)[: starts.shape[1]], memory[b:]
     integers[:] = 0
     geometry, reach = unpack_model(model, n)
     work, recorder, one = make_records(len(geometry.prismatic), n, buffer, scores, integers, rows)
@@ -105,6 +111,7 @@ def solve_rows(model, starts, numbers, targets, seeds, references, out, answers,
         if status != CONVERGED:
             row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began
+    return integers[2]
 
 
 @kernel

@@ -39,6 +39,7 @@ MOST_ANSWERS = 64  # that choice='all' returns
 DEFAULT_OPTIONS = SolveOptions()
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # position [m] and quaternion x y z w
 FLOAT = np.dtype(np.float64)
+POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
 
@@ -79,15 +80,18 @@ def solve(
     """
     options = options or DEFAULT_OPTIONS
     n = arm.n
-    goal = target if _is_array(target, (4, 4)) else _array(_matrix(target), 'target', (4, 4))
-    start = arm.home if seed is None else seed
-    if not _is_array(start, (n,)):
-        start = _array(start, 'seed', (n,))
+    if seed is None:
+        seed = arm.home
+    # As the compiled code takes them. Written out: a call for each would take a tenth of the time of a solve.
+    if not (type(target) is np.ndarray and target.dtype == FLOAT and target.shape == POSE and target.flags.carray):
+        target = _array(getattr(target, 'homogeneous', target), 'target', POSE)
+    if not (type(seed) is np.ndarray and seed.dtype == FLOAT and seed.shape == (n,) and seed.flags.carray):
+        seed = _array(seed, 'seed', (n,))
     row = np.empty(n + WIDTH)
     if trace or reference is not None or options.choice == 'all':
-        return _solve_at_length(arm, goal, start, options, reference, trace, row)
-    if not solve_one(arm.packed, arm.starts, options.numbers, goal, start, row):
-        raise _argument_error(arm, options, goal, start, start)
+        return _solve_at_length(arm, target, seed, options, reference, trace, row)
+    if not solve_one(arm.packed, arm.starts, options.numbers, target, seed, row):
+        raise _argument_error(arm, options, target, seed, seed)
     return Solution(row)
 
 
@@ -211,16 +215,6 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     if NOT_SAVED:
         report(f'compiled code stays in memory, the next start compiles again: {NOT_SAVED[0]}')
     return time.monotonic() - began
-
-
-def _matrix(target: Any) -> Any:
-    """Return the homogeneous matrix of a pinocchio.SE3, anything else as it is."""
-    return getattr(target, 'homogeneous', target)
-
-
-def _is_array(value: Any, shape: tuple[int, ...]) -> bool:
-    """Return whether the compiled code can take the value as it is; the quick way through `solve`."""
-    return type(value) is np.ndarray and value.shape == shape and value.dtype == FLOAT and value.flags.carray
 
 
 def _array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:

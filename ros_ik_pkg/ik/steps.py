@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.compiled import inlined, kernel
-from ros_ik_pkg.ik.linalg import ROWS, cholesky_solve, gram, svd
+from ros_ik_pkg.ik.linalg import ROWS, factor, gram, lower_triangle, substitute, svd
 
 TRANSPOSE, PINV, DLS, ADAPTIVE_DLS, SDLS = range(5)
 ADAPTIVE_JOINT_STEP = 0.3  # rad or m, the notes' cap for adaptive_dls
@@ -79,17 +79,19 @@ def transpose_step(work):
 
 @inlined
 def damped_step(damping, work):
-    """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step where lambda is 0; return whether there is one.
+    """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step where lambda is 0; return whether there is one."""
+    definite, lower, pivots = factor(gram(work.columns, diagonal(work.weights, damping * damping)))
+    apply_transpose(work.columns, substitute(lower, pivots, work.e), work.dq)
+    return definite
 
-    The row of a dropped axis gets a 1 on the diagonal and so stays out of the system.
-    """
-    for r in range(ROWS):
-        work.diagonal[r] = damping * damping if work.weights[r] > 0.0 else 1.0
-    gram(work.columns, work.diagonal, work.A)
-    if not cholesky_solve(work.A, work.e, work.y):
-        return False
-    apply_transpose(work.columns, work.y, work.dq)
-    return True
+
+@inlined
+def diagonal(weights, added):
+    """Return what is added to the diagonal of J J^T: where the row is dropped, a 1 that keeps it out of the system."""
+    return (
+        added if weights[0] > 0.0 else 1.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,
+        added if weights[3] > 0.0 else 1.0, added if weights[4] > 0.0 else 1.0, added if weights[5] > 0.0 else 1.0,
+    )  # fmt: skip
 
 
 @kernel
@@ -118,7 +120,7 @@ def normal_equations_step(work):
 
     Rows that are left over get a 1 on the diagonal.
     """
-    A, y, columns = work.A, work.y, work.columns
+    A, columns = work.A, work.columns
     rhs = work.diagonal
     n, a = len(work.dq), 0
     for r in range(ROWS):
@@ -139,15 +141,15 @@ def normal_equations_step(work):
         for r in range(ROWS):
             rhs[a] += columns[i, r] * work.e[r]
         a += 1
-    if not cholesky_solve(A, rhs, y):
-        return False
+    definite, lower, pivots = factor(lower_triangle(A))
+    y = substitute(lower, pivots, rhs)
     a = 0
     for i in range(n):
         work.dq[i] = 0.0
         if moves(columns, i):
             work.dq[i] = y[a]
             a += 1
-    return True
+    return definite
 
 
 @kernel
