@@ -145,6 +145,30 @@ def test_a_seed_beyond_all_sense_is_not_held():
     assert answering.settings.options.posture == tuple(START)
 
 
+@pytest.mark.parametrize(
+    ('names', 'positions', 'words'),
+    [
+        (UR5.joint_names, [np.nan, *START[1:]], f'position nan of {UR5.joint_names[0]}'),
+        (UR5.joint_names, START[1:], '6 names, 5 positions'),
+        ([*UR5.joint_names, UR5.joint_names[0]], [*START, 0.0], f'{UR5.joint_names[0]} more than once'),
+    ],
+)
+def test_a_target_in_a_frame_of_the_robot_is_refused_with_what_is_wrong_with_the_joint_states(names, positions, words):
+    answering = answering_with(seed_source='home')
+    pose = pose_of(np.eye(4), 'link2')
+    answering.joint_states.keep(joint_state(UR5.joint_names, START))
+    assert answering.answer(pose, trace=False).outcome != 'refused'
+    answering.joint_states.keep(joint_state(names, positions))
+    answer = answering.answer(pose, trace=False)
+    assert (answer.outcome, answer.cause) == ('refused', 'joint_states') and words in answer.reason
+    assert answering.answer(pose_of(np.eye(4), UR5.base_frame), trace=False).outcome != 'refused'
+
+
+def test_the_joints_to_a_frame_are_those_whose_positions_place_it():
+    assert UR5.joints_to(UR5.base_frame) == ()
+    assert UR5.joints_to('link2') == UR5.joint_names[:2]
+
+
 def test_limited_steps_from_home_start_at_the_joint_state_where_it_is_known():
     answering = answering_with(**{**STREAM, 'seed_source': 'home'})
     for start in (START, START + 0.3):

@@ -122,16 +122,16 @@ class Arm:
 
         """
         q = np.zeros(self.model.nq)
-        try:
-            self.tree.check_link(frame, 'frame')
-            for index, value in self._joint_values(frame, positions).items():
-                q[index] = value
-        except ModelError as error:
-            raise ArgumentError(str(error)) from error
+        for index, value in self._joint_values(frame, positions).items():
+            q[index] = value
         with DATA_LOCK:
             pin.framesForwardKinematics(self.model, self._data, q)
             base, other = (self._data.oMf[_frame_id(self.tree, name)] for name in (self.base_frame, frame))
             return base.actInv(other).homogeneous
+
+    def joints_to(self, frame: str) -> tuple[str, ...]:
+        """Names of the joints whose positions place a frame in the base frame; raises as `base_from_frame`."""
+        return tuple(dict.fromkeys(master.name for master, _, _ in self._drives_to(frame).values()))
 
     @cached_property
     def _data(self) -> pin.Data:
@@ -140,19 +140,27 @@ class Arm:
 
     def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
         """Compute the values, by index into the model's q, of the joints between base frame and `frame`."""
-        between = self.tree.joints_between(self.base_frame, frame)
-        joints = [joint for joint in between if joint.kind != 'fixed']
-        stuck = [f'{joint.name} ({joint.kind})' for joint in joints if not joint.movable]
-        if stuck:
-            raise ArgumentError(f'frame {frame!r} hangs on joint {shorten(stuck)}, which has no single '
-                                'position; choose another frame')
-        drives = {joint: self.tree.drive(joint) for joint in joints}
+        drives = self._drives_to(frame)
         needed = dict.fromkeys(master.name for master, _, _ in drives.values())
         missing = [name for name in needed if not np.isfinite(positions.get(name, np.nan))]
         if missing:
             raise ArgumentError(f'no finite position of joint {shorten(missing)}, needed for frame {frame!r}')
         return {_joint_id(self.tree, joint) - 1: multiplier * positions[master.name] + offset
                 for joint, (master, multiplier, offset) in drives.items()}
+
+    def _drives_to(self, frame: str) -> dict[Joint, tuple[Joint, float, float]]:
+        """Find the joints between base frame and `frame`, each with its master, multiplier and offset."""
+        try:
+            self.tree.check_link(frame, 'frame')
+            between = self.tree.joints_between(self.base_frame, frame)
+            joints = [joint for joint in between if joint.kind != 'fixed']
+            stuck = [f'{joint.name} ({joint.kind})' for joint in joints if not joint.movable]
+            if stuck:
+                raise ArgumentError(f'frame {frame!r} hangs on joint {shorten(stuck)}, which has no single '
+                                    'position; choose another frame')
+            return {joint: self.tree.drive(joint) for joint in joints}
+        except ModelError as error:
+            raise ArgumentError(str(error)) from error
 
     def _check(self, q: np.ndarray) -> np.ndarray:
         """Return q as a float64 array of the right shape, or raise ArgumentError."""

@@ -117,7 +117,7 @@ class Answering:
     def _base_from_own_frame(self, arm: Arm, frame: str) -> np.ndarray:
         """Return the pose (4, 4) of a frame of the robot, as the joint states have it."""
         try:
-            return arm.base_from_frame(frame, self.joint_states.positions())
+            return arm.base_from_frame(frame, self.joint_states.positions(arm.joints_to(frame)))
         except ArgumentError as error:
             why_not = '' if frame in arm.frame_names else f'; {self._frames.why_not}'
             raise RefusedError('frame', f'target frame: {error}{why_not}') from error

@@ -49,12 +49,19 @@ class JointStates:
 
     def seed(self, joint_names: Sequence[str]) -> np.ndarray:
         """Return the positions (n,) of these joints [rad, m]; refuse the target where they are not known."""
+        found = self.positions(joint_names)
+        if len(found) < len(joint_names):
+            raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
+        return np.array([found[name] for name in joint_names])
+
+    def positions(self, joint_names: Sequence[str]) -> dict[str, float]:
+        """Return the positions that are known of these joints, by name [rad, m]; refuse the target at a fault."""
         found: dict[str, float] = {}
         for names, message, _ in reversed(self._newest.values()):
-            found |= _positions(names, message, [name for name in joint_names if name not in found])
             if len(found) == len(joint_names):
-                return np.array([found[name] for name in joint_names])
-        raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
+                break
+            found |= _positions(names, message, [name for name in joint_names if name not in found])
+        return found
 
     def age(self, joint_names: Sequence[str]) -> float:
         """Return since when a joint has had no new position [s], infinite where one never had; the oldest of all."""
@@ -65,14 +72,6 @@ class JointStates:
             if not missing:
                 return time.monotonic() - arrival
         return math.inf
-
-    def positions(self) -> dict[str, float]:
-        """Return every position that was given, by joint name [rad, m]."""
-        merged: dict[str, float] = {}
-        for names, message, _ in self._newest.values():
-            if len(message.position) == len(names):
-                merged.update(zip(names, message.position))
-        return merged
 
     def _what_is_missing(self, joint_names: Sequence[str], found: dict[str, float]) -> str:
         """Say which joints have no position yet, and what came instead."""
