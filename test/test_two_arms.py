@@ -125,6 +125,7 @@ def test_each_node_answers_its_own_targets_at_the_same_time(clients):
             reply = clients[side].solve(pose_of(target, BASE), TIMEOUT)
             assert reply.solved, reply.message
             assert tuple(reply.joints) == arm.joint_names
+            assert reply.status.name == f'/{side}/ik_node: solved'
             assert distance(side, reply.joints, target) < NEAR
         return set(clients[side].statuses)
 

@@ -13,6 +13,7 @@ from ros_ik_pkg.ros.answer import Answer
 from ros_ik_pkg.ros.comparison_messages import comparison_message, paths_message
 from ros_ik_pkg.ros.interface import Output
 from ros_ik_pkg.ros.messages import trace_message
+from ros_ik_pkg.ros.names import name_in_statuses
 from ros_ik_pkg.ros.worker import Worker
 
 
@@ -33,7 +34,7 @@ class Comparison:
     """
 
     def __init__(self, node: Node, traces: Output) -> None:
-        self._name = node.get_name()
+        self._name = name_in_statuses(node)
         self._statuses = Output(node, interface.COMPARISON)
         self._paths = Output(node, interface.COMPARISON_PATHS)
         self._traces = traces

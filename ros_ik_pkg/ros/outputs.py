@@ -16,6 +16,7 @@ from ros_ik_pkg.ros.messages import (
     trace_message,
     trajectory_message,
 )
+from ros_ik_pkg.ros.names import name_in_statuses
 from ros_ik_pkg.ros.statuses import iterations_message, result_message
 from ros_ik_pkg.ros.worker import Worker
 
@@ -26,7 +27,7 @@ class Outputs:
     """The publishers of the node's own topics."""
 
     def __init__(self, node: Node) -> None:
-        self._name = node.get_name()
+        self._name = name_in_statuses(node)
         self._solution = Output(node, interface.SOLUTION)
         self._trajectory = Output(node, interface.JOINT_TRAJECTORY)
         self._commands = Output(node, interface.POSITION_COMMANDS)
