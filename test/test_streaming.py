@@ -133,6 +133,11 @@ def test_velocity_limits_hold_on_every_command_of_a_stream_that_jumps_and_it_arr
         replies = send_until_it_arrives(client, ARM.forward(goal))
         assert all(reply.solved and float(reply.figures['step_time']) <= MAX_STEP_TIME for reply in replies)
         assert 'velocity limit: ' in replies[0].figures['notes']
+        assert {reply.published for reply in replies[:-1]} == {'step'} and replies[-1].published == 'solution'
+        for reply in replies[:-1]:
+            share = re.search(r'; published is a step, (\S+) % of the way there$', reply.message)
+            assert float(share[1]) == pytest.approx(100.0 * float(reply.figures['velocity_limited']), rel=1e-2)
+        assert 'step' not in replies[-1].message
         np.testing.assert_allclose(pinocchio_pose(ARM, joints_of(replies[-1])), ARM.forward(goal), atol=TOLERANCE)
     assert len(client.published) > 2 * len(goals)  # more targets than jumps: each was a way, not a leap
     assert_velocity_limits_hold(client, scale * ARM.velocity_limits)

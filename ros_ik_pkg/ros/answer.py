@@ -12,7 +12,7 @@ from ros_ik_pkg.ros.velocity import travel_time
 
 SOLVED, FAILED, REFUSED = 'solved', 'failed', 'refused'
 INTERNAL_ERROR = 'internal_error'
-SOLUTION, CLOSEST, NOTHING = 'solution', 'closest', 'nothing'  # what is published on ~/solution
+SOLUTION, STEP, CLOSEST, NOTHING = 'solution', 'step', 'closest', 'nothing'  # what is published on ~/solution
 
 
 class RefusedError(Exception):
@@ -27,9 +27,9 @@ class RefusedError(Exception):
 class Command:
     """Joint positions that are published for a target.
 
-    q: (n,) [rad, m], reached from start (n,) with the velocity limits (n,) [rad/s, m/s]. published: SOLUTION or
-    CLOSEST, to which q leads. errors: of q [m, rad], None where it is the solution itself. fraction and step_time [s]:
-    how much of the step was taken, and in what time; None where steps are not limited.
+    q: (n,) [rad, m], reached from start (n,) with the velocity limits (n,) [rad/s, m/s]. published: SOLUTION,
+    STEP towards it, or CLOSEST, to which q leads. errors: of q [m, rad], None where it is the solution itself.
+    fraction and step_time [s]: how much of the step was taken, and in what time; None where steps are not limited.
     """
 
     q: np.ndarray

@@ -8,7 +8,7 @@ import numpy as np
 from rclpy.clock import ROSClock
 
 from ros_ik_pkg.ik import Arm, Status, solve
-from ros_ik_pkg.ros.answer import CLOSEST, INTERNAL_ERROR, SOLUTION, SOLVED, Answer, Command
+from ros_ik_pkg.ros.answer import CLOSEST, INTERNAL_ERROR, SOLUTION, SOLVED, STEP, Answer, Command
 from ros_ik_pkg.ros.check import errors_of, fault_of_command
 from ros_ik_pkg.ros.memory import Memory
 from ros_ik_pkg.ros.parameters import Settings
@@ -65,6 +65,8 @@ class Commands:
             return
         self.last = command.q
         answer.command = command
+        if command.fraction is not None and command.fraction < 1.0:
+            answer.reason += f'; published is a step, {100.0 * command.fraction:.3g} % of the way there'
 
     def _command(
         self, answer: Answer, start: np.ndarray, reference: np.ndarray, settings: Settings
@@ -92,6 +94,7 @@ class Commands:
             reach = reach_of_step(limits, step_time)
             q, fraction = limited_step(start, goal, reach, *_bounds(answer, settings), settings.velocity_limiting)
             notes = _notes(limits, fraction)
+            published = STEP if fraction < 1.0 and published == SOLUTION else published
             self._timer.step_taken(now)
         errors = None
         if q is not goal or published == CLOSEST:

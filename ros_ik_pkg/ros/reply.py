@@ -37,6 +37,11 @@ class Reply:
         return self.status is not None and self.status.level == DiagnosticStatus.OK
 
     @property
+    def published(self) -> str:
+        """What `joints` are: the `solution`, a `step` towards it, the `closest` approach, or `nothing`."""
+        return self.figures.get('published', NOTHING)
+
+    @property
     def message(self) -> str:
         """The node's sentence about the target."""
         return self.status.message if self.status else 'no result'
@@ -49,7 +54,7 @@ class Reply:
     def is_whole(self, with_iterations: bool) -> bool:
         """Whether all came that belongs to the outcome."""
         figures = self.figures
-        lacks_joints = figures.get('published', NOTHING) != NOTHING and not self.joints
+        lacks_joints = self.published != NOTHING and not self.joints
         lacks_iterations = with_iterations and 'iterations' in figures and not self.iterations
         return self.status is not None and not lacks_joints and not lacks_iterations
 
