@@ -6,9 +6,11 @@ import ast
 import configparser
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
+import types
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -136,8 +138,58 @@ def test_launch_file_starts_the_node_of_this_package(launch_node):
 def test_launch_file_remaps_topics_that_the_node_has():
     arguments = launch_arguments()
     assert {'robot', 'method', 'params_file', 'namespace'} < set(arguments)
-    for topic in (interface.TARGET_POSE, interface.JOINT_STATES):
+    for topic in (interface.TARGET_POSE, interface.JOINT_STATES, interface.ROBOT_DESCRIPTION):
         assert arguments[topic.name][0] == topic.name
+
+
+class Stand:
+    """Stands for the classes of launch, which ROS from wheels does not have: keeps what it is made with."""
+
+    def __init__(self, *arguments, **named) -> None:
+        self.arguments, self.named = arguments, named
+
+    def perform(self, given):
+        return given[self.arguments[0]]
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """A function that gives the Node of the launch file, started with some arguments."""
+    for module in ('launch', 'launch.actions', 'launch.substitutions', 'launch_ros', 'launch_ros.actions',
+                   'launch_ros.parameter_descriptions'):  # fmt: skip
+        stand_in = types.ModuleType(module)
+        for name in ('LaunchDescription', 'DeclareLaunchArgument', 'OpaqueFunction', 'LaunchConfiguration', 'Node',
+                     'ParameterValue'):  # fmt: skip
+            setattr(stand_in, name, Stand)
+        monkeypatch.setitem(sys.modules, module, stand_in)
+    space = runpy.run_path(str(ROOT / 'launch' / 'ik.launch.py'))
+    defaults = {name: default for name, (default, _) in space['ARGUMENTS'].items()}
+    return lambda **given: space['start_node'](defaults | given)[0].named
+
+
+def values_of(parameters) -> dict[str, str]:
+    return {name: value.arguments[0] for name, value in parameters.items()}
+
+
+@pytest.mark.parametrize(
+    ('given', 'values'),
+    [
+        ({'robot': 'ur5'}, {'robot': 'ur5'}),
+        ({'base_frame': 'a', 'tip_frame': 'b'}, {'base_frame': 'a', 'tip_frame': 'b'}),
+        ({'robot_from_topic': 'true'}, {'robot': '', 'robot_description': ''}),
+        ({'robot_from_topic': 'True', 'tip_frame': 'b'}, {'robot': '', 'robot_description': '', 'tip_frame': 'b'}),
+    ],
+)
+def test_launch_file_sets_what_is_given_and_can_take_the_robot_of_the_topic(started, given, values):
+    *_, chosen = started(**given)['parameters']
+    assert values_of(chosen) == values and set(values) <= set(PARAMETERS)
+    assert all(value.named == {'value_type': str} for value in chosen.values())
+
+
+def test_launch_file_leaves_alone_what_is_not_given_and_remaps_what_is(started):
+    assert started()['parameters'] == []
+    assert started(params_file='some.yaml')['parameters'] == ['some.yaml']
+    assert ('robot_description', '/robot_description') in started(robot_description='/robot_description')['remappings']
 
 
 def test_launch_file_of_two_arms_starts_nodes_in_namespaces_that_share_topics():
