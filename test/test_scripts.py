@@ -59,6 +59,20 @@ def test_run_refuses_an_argument_it_does_not_know():
     assert "unknown argument '--speed'" in done.stderr
 
 
+@pytest.mark.parametrize('option', ['--robot', '--method', '--params-file'])
+def test_run_says_that_an_option_needs_a_value(option):
+    done = subprocess.run([ROOT / 'scripts' / 'run', option], env=BARE, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (1, f'ros_ik_pkg: {option} needs a value\n')
+
+
+@pytest.mark.parametrize('given', [['--robot='], ['--robot', '']])
+def test_run_takes_an_empty_robot(given, tmp_path):
+    shutil.copy(ROOT / 'scripts' / 'run', tmp_path)
+    (tmp_path / '_env.sh').write_text('help_if_asked() { :; }\nuse_python() { python=echo; }\n')
+    done = subprocess.run([tmp_path / 'run', *given], env=BARE, capture_output=True, text=True)
+    assert done.stdout == "-m ros_ik_pkg.ros.ik_node --ros-args -p robot:='' --\n", done.stderr
+
+
 class Setup:
     """A copy of the scripts' environment code, set up with a fake interpreter."""
 
