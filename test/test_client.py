@@ -200,6 +200,56 @@ def test_joints_that_a_client_publishes_are_heard(program, tmp_path):
             client.publish_joints(home)
 
 
+@pytest.mark.parametrize('name', ['', 'ik node', '/ik_node/', '//ik_node', '1st', '/left/{ik_node}'])
+def test_what_is_no_name_of_a_node_is_refused_with_what_is_expected(program, name):
+    with pytest.raises(ValueError, match=rf'name of the IK node is {re.escape(repr(name))}; expected .* /left/ik_node'):
+        IkClient(program, name)
+
+
+def test_a_relative_name_is_in_the_namespace_of_the_programs_node_and_a_full_one_as_it_is(program):
+    node = rclpy.create_node('program', context=program.context, namespace='/left')
+    for name, full in {'ik_node': '/left/ik_node', 'arm/ik_node': '/left/arm/ik_node', '/ik_node': '/ik_node'}.items():
+        with IkClient(node, name) as client:
+            assert client.name == full
+            assert client._targets.topic_name == full.replace('ik_node', 'target_pose')
+    with IkClient(node) as client:
+        assert client.name == '/left/ik_node'
+    node.destroy_node()
+
+
+@pytest.mark.parametrize('timeout', [0.0, -1.0, float('nan')])
+def test_a_timeout_that_is_none_is_refused_with_what_was_got(client, timeout):
+    for call in (client.connect, lambda timeout: client.solve(pose_of(np.eye(4)), timeout)):
+        with pytest.raises(ValueError, match=f'timeout is {timeout}; expected seconds above 0'):
+            call(timeout)
+
+
+def test_a_client_that_is_closed_says_so_and_can_be_closed_again(program):
+    client = IkClient(program, with_joint_states=True)
+    client.close()
+    client.close()
+    calls = (
+        client.connect, lambda: client.solve(pose_of(np.eye(4)), 1.0), lambda: client.publish_joints({}),
+        lambda: client.parameter('method'), lambda: client.parameter_type('method'), client.parameter_names,
+        lambda: client.set_parameters({'method': 'dls'}),
+    )  # fmt: skip
+    for call in calls:
+        with pytest.raises(NodeError, match='the client of /ik_node is closed'):
+            call()
+
+
+def test_a_parameter_that_the_node_does_not_have_is_told_with_what_may_be_meant(client):
+    for question in (client.parameter, client.parameter_type):
+        with pytest.raises(NodeError, match=r"^/ik_node has no parameter 'metod'; did you mean method.*\? it has "):
+            question('metod')
+
+
+def test_the_node_answers_what_type_a_parameter_has_that_it_does_not_have(client):
+    assert list(client._ask('get_parameter_types', ['method', 'metod']).types) == [
+        Parameter.Type.STRING.value, Parameter.Type.NOT_SET.value
+    ]  # fmt: skip
+
+
 def test_a_client_that_was_made_without_joint_states_says_how_to_make_one_that_has_them(client):
     with pytest.raises(TypeError, match='with_joint_states=True'):
         client.publish_joints({})

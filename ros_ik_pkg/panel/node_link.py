@@ -20,6 +20,7 @@ from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.answers import Answers
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.messages import stamp_text
+from ros_ik_pkg.ros.names import full_name
 
 SILENCE = 3.0  # s without /diagnostics, which come once a second, after which the node counts as gone
 
@@ -29,7 +30,7 @@ class NodeLink:
 
     def __init__(self, node: Node, name: str = interface.NODE_NAME) -> None:
         self._node = node
-        self.name = name if name.startswith('/') else f'/{name}'
+        self.name = full_name(name, node)
         self.answers = Answers()
         self._heard = -SILENCE  # when the node last gave a sign of life, by time.monotonic
         self._targets = self._publisher(interface.TARGET_POSE)

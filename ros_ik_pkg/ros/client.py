@@ -18,10 +18,12 @@ from rclpy.parameter_client import AsyncParameterClient
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from ros_ik_pkg.ik.tree import did_you_mean
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import shorten
 from ros_ik_pkg.ros.beside import node_beside
 from ros_ik_pkg.ros.interface import Topic
+from ros_ik_pkg.ros.names import full_name
 from ros_ik_pkg.ros.reply import Reply, values
 
 DISCOVERY_TIMEOUT = 10.0  # s; discovery takes up to 3 s on a quiet machine
@@ -50,11 +52,16 @@ class IkClient:
     node : rclpy.node.Node
         Any node of the program; its clock stamps the targets.
     name : str
-        Name of the IK node, with its namespace: `/left/ik_node`.
+        Name of the IK node, such as `/left/ik_node`; without a leading slash in the namespace of `node`.
     with_iterations : bool
         Also collect `~/iterations`, which makes the IK node compute them.
     with_joint_states : bool
         Also be able to publish joint states; those who only ask need not, nor have the right to.
+
+    Raises
+    ------
+    ValueError
+        Where `name` is no name of a node.
 
     """
 
@@ -65,7 +72,7 @@ class IkClient:
         with_iterations: bool = False,
         with_joint_states: bool = False,
     ) -> None:
-        self.name = name if name.startswith('/') else f'/{name}'
+        self.name = full_name(name, node)
         self.with_iterations = with_iterations
         self.node = node_beside(node, f'client_of{self.name.replace("/", "_")}')
         self._executor = SingleThreadedExecutor(context=node.context)
@@ -84,6 +91,7 @@ class IkClient:
         if with_iterations:
             self._subscribe(interface.ITERATIONS, self._on_iterations)
         self._parameters: AsyncParameterClient | None = None
+        self._closed = False
 
     def __enter__(self) -> IkClient:
         """Return the client; the end of the `with` closes it."""
@@ -95,6 +103,9 @@ class IkClient:
 
     def close(self) -> None:
         """Take the client's own node down; `node` stays."""
+        if self._closed:
+            return
+        self._closed = True
         self._executor.shutdown()
         self.node.destroy_node()
 
@@ -103,7 +114,7 @@ class IkClient:
 
         `solve` needs no call of this; it is for those who want to know early, or to listen to more topics.
         """
-        deadline = time.monotonic() + timeout
+        deadline = self._deadline(timeout)
         if self._parameters is None:
             self._parameters = AsyncParameterClient(self.node, self.name)
         if not self._parameters.wait_for_services(timeout):
@@ -134,11 +145,13 @@ class IkClient:
         Raises
         ------
         NodeError
-            Where no answer came; a target that is refused or cannot be reached is answered.
+            Where no answer came, or the client is closed; a target that is refused or cannot be reached is answered.
+        ValueError
+            Where `timeout` is not above 0.
 
         """
         with self._one_call:
-            deadline = time.monotonic() + timeout
+            deadline = self._deadline(timeout)
             topic = self._targets.topic_name
             if not self._spin_until(self._targets.get_subscription_count, deadline):
                 raise NodeError(f'no node takes targets on {topic} within {timeout:g} s; {WHAT_TO_CHECK}')
@@ -164,11 +177,15 @@ class IkClient:
         self._joint_states.publish(message)
 
     def parameter(self, name: str) -> Any:
-        """Return the value of a parameter of the node."""
-        return parameter_value_to_python(self._ask('get_parameters', [name]).values[0])
+        """Return the value of a parameter of the node; raises NodeError where it has none of this name."""
+        value = parameter_value_to_python(self._ask('get_parameters', [name]).values[0])
+        if value is None:
+            self._refuse_unknown(name)
+        return value
 
     def parameter_type(self, name: str) -> int:
-        """Return the type of a parameter that the node has, one of rcl_interfaces ParameterType."""
+        """Return the type of a parameter, one of rcl_interfaces ParameterType; raises NodeError as `parameter`."""
+        self._refuse_unknown(name)  # first, for not every node answers a question about a name that it does not know
         return self._ask('get_parameter_types', [name]).types[0]
 
     def parameter_names(self) -> Sequence[str]:
@@ -182,11 +199,29 @@ class IkClient:
         if not result.successful:
             raise NodeError(result.reason)
 
+    def _refuse_unknown(self, name: str) -> None:
+        """Raise NodeError with all names where the node has no parameter of this one."""
+        names = self.parameter_names()
+        if name not in names:
+            meant = ' '.join(filter(None, [did_you_mean(name, names), 'it has']))
+            raise NodeError(f'{self.name} has no parameter {name!r}; {meant} {", ".join(names)}')
+
     def _publisher(self, topic: Topic) -> Any:
         return self.node.create_publisher(topic.type, topic.of(self.name), topic.qos)
 
     def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
         self.node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
+
+    def _deadline(self, timeout: float) -> float:
+        """Return the end of a timeout [s] that begins now."""
+        self._refuse_closed()
+        if not timeout > 0.0:
+            raise ValueError(f'timeout is {timeout}; expected seconds above 0')
+        return time.monotonic() + timeout
+
+    def _refuse_closed(self) -> None:
+        if self._closed:
+            raise NodeError(f'the client of {self.name} is closed; expected a call before close() or in the with block')
 
     def _send(self, pose: PoseStamped) -> float:
         """Send the pending target under a stamp that was not used before; return the moment [s]."""
@@ -220,6 +255,7 @@ class IkClient:
 
     def _ask(self, question: str, *arguments: Any) -> Any:
         """Call one of the parameter services."""
+        self._refuse_closed()
         if self._parameters is None:
             self.connect()
         return self._call(getattr(self._parameters, question)(*arguments))
@@ -235,6 +271,7 @@ class IkClient:
     def _spin_until(self, condition: Callable[[], object], deadline: float) -> bool:
         """Take messages until the condition holds or the time is over; return which."""
         with self._one_call:
+            self._refuse_closed()
             while not condition():
                 if (left := deadline - time.monotonic()) <= 0.0:
                     return False

@@ -2,7 +2,25 @@
 
 from __future__ import annotations
 
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
+from rclpy.validate_full_topic_name import validate_full_topic_name
+
+
+def full_name(name: str, node: Node) -> str:
+    """Return the full name of a node as `node` would say it: relative names are in its namespace.
+
+    Raises ValueError where it is no name.
+    """
+    try:
+        found = expand_topic_name(name, node.get_name(), node.get_namespace())
+        validate_full_topic_name(found)
+    except (TypeError, ValueError, InvalidTopicNameException) as error:
+        why = ' '.join(str(error).split())
+        raise ValueError(f'name of the IK node is {name!r}; expected a name such as ik_node or /left/ik_node: {why}') \
+            from error
+    return found
 
 
 def name_in_statuses(node: Node) -> str:

@@ -119,6 +119,10 @@ class IkNode(Node):
             kept = f'keeping {self._answering.arm.name}' if self._answering.arm else 'still without a robot'
             self.get_logger().error(f'{shorten(str(error), 1000)}; {kept}', throttle_duration_sec=LOG_PERIOD)
 
+    def get_parameter_type(self, name: str) -> int:
+        """Return a type as messages hold it; of a name that is not known, rclpy's own returns what no message takes."""
+        return self.get_parameter(name).type_.value
+
     def destroy_node(self) -> None:
         """End the threads, then the node."""
         self._outputs.reports.close()
