@@ -127,10 +127,52 @@ def test_set_param_gives_the_reason_of_a_refusal(node):
     assert '-1' in done.stderr
 
 
+def test_numbers_with_an_exponent_are_taken_as_they_are(node):
+    done = run('set_param', 'position_tolerance', '1e-4')
+    assert (done.returncode, done.stdout) == (0, 'position_tolerance = 0.0001\n'), done.stderr
+    assert run('set_param', 'task_tolerances', '[0, 0, 1e-3, 0, 0, 0]').returncode == 0
+    done = run('send_target', '0.5', '-1e-3', '3E-1', '0', '90', '-0', '--degrees', '--timeout', '60')
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert run('set_param', 'task_tolerances', '[0, 0, 0, 0, 0, 0]').returncode == 0
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'expected'),
+    [
+        ('deadline', '[1,', 'expected a number from 0 to 3600'),
+        ('deadline', 'soon', "deadline = 'soon' is not allowed: expected a number from"),
+        ('deadline', '', 'expected a number from'),
+        ('deadline', 'true', 'expected a number from'),
+        ('task_weights', '[1,', "task_weights = '[1,' is not allowed: expected 6 numbers"),
+        ('task_weights', '{a: 1}', 'expected 6 numbers'),
+        ('task_weights', '[1, a]', "task_weights = '[1, a]' is not allowed: expected 6 numbers"),
+        ('task_weights', '[1, true, 1, 1, 1, 1]', 'expected 6 numbers'),
+        ('max_iterations', '99999999999999999999', 'max_iterations = 1e+20 is not allowed: expected a whole number'),
+        ('max_iterations', '1e3', "'1e3' is a text: write 1.0e+3"),
+        ('max_iterations', '9' * 400, 'expected a whole number'),
+        ('respect_limits', '{a: 1}', 'expected true or false'),
+        ('compare', '[dls, 1]', 'expected a list of any of'),
+        ('compare', '2020-01-01', 'expected a list of any of'),
+    ],
+)
+def test_set_param_of_what_is_no_value_ends_with_what_was_got_and_expected(node, name, value, expected):
+    done = run('set_param', name, value)
+    assert done.returncode == 1 and done.stdout == ''
+    assert done.stderr.startswith('set_param: ') and done.stderr.count('\n') == 1, done.stderr
+    assert expected in done.stderr
+
+
+@pytest.mark.parametrize('arguments', [['--timeout', '0'], ['--timeout', '-1e3'], ['--node', 'ik node']])
+def test_send_target_says_what_is_wrong_with_an_argument(arguments):
+    done = run('send_target', *NEAR_HOME, *arguments)
+    assert done.returncode == 1
+    assert re.match(r'send_target: (timeout|name of the IK node) is .*; expected', done.stderr), done.stderr
+
+
 def test_set_param_lists_the_parameters_for_an_unknown_one(node):
     done = run('set_param', 'metod', 'dls')
     assert done.returncode == 1
-    assert 'metod' in done.stderr
+    assert "no parameter 'metod'; did you mean method" in done.stderr
     assert 'dls.damping' in done.stderr
 
 

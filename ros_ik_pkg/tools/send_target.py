@@ -31,15 +31,28 @@ def arguments() -> argparse.ArgumentParser:
     return parser
 
 
+def shielded(words: list[str]) -> list[str]:
+    """Return the words of a command line so that argparse takes -1e-3 for a number and not for an option."""
+    return [f' {word}' if word.startswith('-') and _is_number(word) else word for word in words]
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def main() -> int:
     """Send the target and print the answer; 0 when it was solved, 2 when not, 1 without an answer."""
-    given = arguments().parse_args()
+    given = arguments().parse_args(shielded(sys.argv[1:]))
     pose = given_pose(given)
     try:
         with ros_node('send_target') as node, IkClient(node, given.node) as client:
             client.connect(given.timeout)
             reply = client.solve(pose_message(pose, given.frame), given.timeout)
-    except NodeError as error:
+    except (NodeError, ValueError) as error:
         print(f'send_target: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NoReturn
 
 import yaml
 from rcl_interfaces.msg import ParameterType
@@ -31,7 +32,7 @@ def main() -> int:
             client.connect()
             set_from_text(client, given.name, given.value)
             print(f'{given.name} = {client.parameter(given.name)!r}')
-    except NodeError as error:
+    except (NodeError, ValueError) as error:
         print(f'set_param: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -41,22 +42,55 @@ def main() -> int:
 
 def set_from_text(client: IkClient, name: str, text: str) -> None:
     """Set a parameter to what the text means for its type; raises NodeError with the reason of a refusal."""
-    names = client.parameter_names()
-    if name not in names:
-        raise NodeError(f'{client.name} has no parameter {name!r}; it has {", ".join(names)}')
     client.set_parameters({name: read(text, client.parameter_type(name))})
 
 
 def read(text: str, kind: int) -> Any:
-    """Read a value for a parameter type; 1 is a number where 1.0 is meant, and texts need no quotes."""
-    if kind == ParameterType.PARAMETER_STRING:
+    """Read a value for a parameter type; what is none stays a text, which the node refuses with what it expects."""
+    if kind not in READERS:
         return text
-    value = yaml.safe_load(text)
-    if kind == ParameterType.PARAMETER_DOUBLE and type(value) is int:
-        return float(value)
-    if kind == ParameterType.PARAMETER_DOUBLE_ARRAY and isinstance(value, list):
-        return [float(item) if type(item) is int else item for item in value]
-    return value
+    try:
+        return READERS[kind](yaml.safe_load(text))
+    except (yaml.YAMLError, TypeError, ValueError, OverflowError, RecursionError):
+        return text
+
+
+def _flag(value: Any) -> bool:
+    return value if isinstance(value, bool) else _refuse()
+
+
+def _whole(value: Any) -> int | float:
+    """Return a whole number, as a number with a point where a message has no room for it."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        _refuse()
+    return value if abs(value) < 2**63 else float(value)
+
+
+def _number(value: Any) -> float:
+    """Return a number; YAML 1.1 takes 1e-3 for a text, and 1 for a whole number."""
+    return float(value) if isinstance(value, (int, float, str)) and not isinstance(value, bool) else _refuse()
+
+
+def _numbers(value: Any) -> list[float]:
+    return [_number(entry) for entry in value] if isinstance(value, list) else _refuse()
+
+
+def _texts(value: Any) -> list[str]:
+    good = isinstance(value, list) and all(isinstance(entry, str) for entry in value)
+    return value if good else _refuse()
+
+
+def _refuse() -> NoReturn:
+    raise TypeError
+
+
+READERS: dict[int, Callable[[Any], Any]] = {
+    ParameterType.PARAMETER_BOOL: _flag,
+    ParameterType.PARAMETER_INTEGER: _whole,
+    ParameterType.PARAMETER_DOUBLE: _number,
+    ParameterType.PARAMETER_DOUBLE_ARRAY: _numbers,
+    ParameterType.PARAMETER_STRING_ARRAY: _texts,
+}
 
 
 if __name__ == '__main__':
