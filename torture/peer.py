@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
-from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rclpy.client import Client
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
@@ -29,22 +31,43 @@ TIMEOUT = 20.0  # s without an answer: a hang
 START_TIMEOUT = 60.0  # s
 TOLERANCE = 1e-5  # m, rad: the default
 SECOND = 10**9  # ns
+FIRST_OF_OTHERS = 2 * SECOND  # ns; a peer's stamps are smaller, others' are the time since the machine was started
 DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
 
 
-class Peer:
-    """One client of the node in `namespace`, with stamps of its own: they rise, and tell its targets from others'."""
+class Listener(Protocol):
+    """Is told what comes back for targets that the peer did not send itself."""
 
-    def __init__(self, node: Node, arm: Arm, namespace: str = '', first_stamp: int = SECOND) -> None:
-        self.node, self.arm, self._judge = node, arm, Judge(arm)
-        self.name = f'/{namespace}/{interface.NODE_NAME}' if namespace else f'/{interface.NODE_NAME}'
-        self._executor = make_executor()
-        self._executor.add_node(node)
-        self._stamp = self._first_stamp = first_stamp
+    def solution(self, stamp: int, names: Sequence[str], positions: Sequence[float], arrived: float) -> None:
+        """Note a solution, and when [s] it came."""
+
+    def result(self, stamp: int, outcome: str) -> None:
+        """Note a result."""
+
+
+def full_name(namespace: str) -> str:
+    """Return the full name of the node in a namespace."""
+    return f'/{namespace}/{interface.NODE_NAME}' if namespace else f'/{interface.NODE_NAME}'
+
+
+class Peer:
+    """One client of the node in `namespace`, with stamps of its own: they rise, and tell its targets from others'.
+
+    Several peers on one ROS node share an `executor`, and each of them takes what comes in for all.
+    """
+
+    def __init__(self, node: Node, arm: Arm, namespace: str = '', executor: Executor | None = None) -> None:
+        self.node, self.arm, self.judge = node, arm, Judge(arm)
+        self.name = full_name(namespace)
+        self.executor = executor or make_executor()
+        if executor is None:
+            self.executor.add_node(node)
+        self._stamp = SECOND
+        self.on_others: Listener | None = None  # is told of answers to targets of others
+        self.heard = 0  # results, whosever the target
         self.sent: dict[int, float] = {}  # when [s] a target went out, by stamp [ns]
         self.solutions: dict[int, JointState] = {}
         self.arrived: dict[int, float] = {}  # when its solution came
-        self.results: list[int] = []  # stamps in the order in which results came
         self.outcomes: dict[int, str] = {}
         self.targets = self.publisher(interface.TARGET_POSE)
         self.joint_states = self.publisher(interface.JOINT_STATES)
@@ -52,6 +75,7 @@ class Peer:
         self._subscribe(interface.RESULT, self._on_result)
         self._one_by_one = node.create_client(SetParameters, f'{self.name}/set_parameters')
         self._atomically = node.create_client(SetParametersAtomically, f'{self.name}/set_parameters_atomically')
+        self._values = node.create_client(GetParameters, f'{self.name}/get_parameters')
 
     def publisher(self, topic: Topic) -> Any:
         """Make a publisher of a topic that the node takes."""
@@ -61,19 +85,23 @@ class Peer:
         self.node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
 
     def _on_solution(self, message: JointState) -> None:
-        stamp = _nanoseconds(message)
+        stamp, now = _nanoseconds(message), time.monotonic()
         if stamp in self.sent:
-            self.solutions[stamp], self.arrived[stamp] = message, time.monotonic()
+            self.solutions[stamp], self.arrived[stamp] = message, now
+        elif self.on_others and stamp > FIRST_OF_OTHERS:
+            self.on_others.solution(stamp, message.name, message.position, now)
 
     def _on_result(self, message: DiagnosticArray) -> None:
-        stamp = _nanoseconds(message)
+        stamp, outcome = _nanoseconds(message), message.status[0].name.rpartition(': ')[2]
+        self.heard += 1
         if stamp in self.sent:
-            self.results.append(stamp)
-            self.outcomes[stamp] = message.status[0].name.rpartition(': ')[2]
+            self.outcomes[stamp] = outcome
+        elif self.on_others and stamp > FIRST_OF_OTHERS:
+            self.on_others.result(stamp, outcome)
 
     def forget(self) -> None:
         """Begin a new stretch: forget what was sent and what came."""
-        for notes in (self.sent, self.solutions, self.arrived, self.results, self.outcomes):
+        for notes in (self.sent, self.solutions, self.arrived, self.outcomes):
             notes.clear()
 
     def send(self, pose: PoseStamped) -> int:
@@ -92,11 +120,11 @@ class Peer:
         """Take what comes in for so long."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+            self.executor.spin_once(timeout_sec=left)
 
     def spin_once(self) -> None:
         """Take one thing that is there already, if any."""
-        self._executor.spin_once(timeout_sec=0.0)
+        self.executor.spin_once(timeout_sec=0.0)
 
     def wait(self, condition: Callable[[], object], timeout: float = TIMEOUT) -> bool:
         """Take what comes in until the condition holds; return whether it does."""
@@ -104,7 +132,7 @@ class Peer:
         while not condition():
             if time.monotonic() > end:
                 return False
-            self._executor.spin_once(timeout_sec=0.01)
+            self.executor.spin_once(timeout_sec=0.01)
         return True
 
     def fault(self, q: np.ndarray, timeout: float = TIMEOUT) -> str:
@@ -126,12 +154,8 @@ class Peer:
         message = self.solutions[stamp]
         if tuple(message.name) != self.arm.joint_names:
             return f'a solution for the joints {message.name}'
-        solved = self._judge.solved(self._judge.forward(q[None]), np.array([message.position]), TOLERANCE)
+        solved = self.judge.solved(self.judge.forward(q[None]), np.array([message.position]), TOLERANCE)
         return '' if solved[0] else f'a wrong solution {list(message.position)}'
-
-    def stale(self) -> int:
-        """Return how many results came after one of a newer target."""
-        return int(np.sum(np.diff(self.results) <= 0)) if len(self.results) > 1 else 0
 
     def latencies(self) -> np.ndarray:
         """Return the times from sending a target to its solution [s]."""
@@ -144,14 +168,25 @@ class Peer:
         client, kind = (
             (self._atomically, SetParametersAtomically) if atomically else (self._one_by_one, SetParameters)
         )
+        response = self._call(client, kind.Request(parameters=list(changes)), timeout)
+        if response is None:
+            return None
+        return [response.result] if atomically else response.results
+
+    def all_values(self) -> str:
+        """Return the values of all parameters as a text to compare; NaN equals NaN there. Raises RuntimeError."""
+        response = self._call(self._values, GetParameters.Request(names=[*DEFAULTS, 'use_sim_time']), TIMEOUT)
+        if response is None:
+            raise RuntimeError('no answer of the parameter service')
+        return repr(response.values)
+
+    def _call(self, client: Client, request: Any, timeout: float) -> Any:
+        """Call a service; return its answer, None where there is none in time."""
         end = time.monotonic() + timeout
         if not self.wait(client.service_is_ready, timeout):
             return None
-        future = client.call_async(kind.Request(parameters=list(changes)))
-        if not self.wait(future.done, end - time.monotonic()):
-            return None
-        response = future.result()
-        return [response.result] if atomically else response.results
+        future = client.call_async(request)
+        return future.result() if self.wait(future.done, end - time.monotonic()) else None
 
     def unheard(self, timeout: float) -> str:
         """Ask until the parameter service answers: it drops answers to a client that it has not discovered yet."""

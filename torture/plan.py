@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -84,6 +84,16 @@ def unless(holds: bool, fault: str) -> str:
 def progress(items: Iterable[Item], text: str, total: int | None = None) -> Iterator[Item]:
     """Go through items with a progress bar that is gone afterwards."""
     return iter(tqdm(items, desc=text, total=total, leave=False))
+
+
+def watching(seconds: float, text: str, over: Callable[[], bool]) -> Iterator[float]:
+    """Yield the time [s] since the begin until it is over, however long that takes; the caller does the waiting."""
+    began = time.monotonic()
+    with tqdm(total=round(seconds), desc=text, unit='s', leave=False) as bar:
+        while not over():
+            elapsed = time.monotonic() - began
+            bar.update(min(int(elapsed), bar.total) - bar.n)
+            yield elapsed
 
 
 def ticking(seconds: float, text: str) -> Iterator[float]:

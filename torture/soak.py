@@ -1,10 +1,13 @@
-"""Targets at 500 Hz beside joint states at 1000 Hz, a change of parameters every two seconds, the robot loaded anew
-among them. Memory, file handles and threads of the node are read from /proc every second; what counts is what they do
-after the first tenth of the time. Rates are those that the client reached.
+"""Targets at 500 Hz beside joint states at 1000 Hz, by a process that only sends, while somebody listens to every topic
+that the node has; a change of parameters every two seconds, the robot loaded anew and all methods compared among them.
+Memory, file handles and threads of the node are read from /proc every second; what counts is what they do after the
+first tenth of the time, or after every change was made once. The rates must be reached to 90 %, and the node must
+answer at least a tenth of the targets.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import cycle
 
@@ -12,58 +15,106 @@ import numpy as np
 from rclpy.parameter import Parameter
 
 from ros_ik_pkg.ik import METHODS, load_arm
+from torture.everything import Everything
 from torture.peer import Peer, connected
-from torture.plan import Check, Plan, progress, unless
+from torture.plan import Check, Plan, unless, watching
 from torture.running import RunningNode, Usage, running_node
+from torture.sending import Sender, Sent
 from torture.stream import Stream
 
+ROBOT = 'puma560'
 SECONDS = 20 * 60.0
 RATE = 500.0  # Hz
+LEAST_ANSWERED = 0.1  # of the targets; others are passed over for newer ones
 STEP = 1.0  # s between two looks at the node
-STRETCH = 60  # steps after which what came is judged and forgotten, or this process would grow
+STRETCH = 60.0  # s after which what came is judged and forgotten, or this process would grow
 WARM_UP = 0.1  # of the time
 GROWTH = 2.0  # MB
 # Changes that leave every target of the stream solvable.
 CHANGES = (
     *({'method': method} for method in METHODS if method not in ('transpose', 'pinv')),
+    {'compare': ['all']},
     {'choice': 'nearest'},
     {'task_weights': [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]},
-    {'robot': 'puma560'},
+    {'robot': ROBOT},
     {'max_attempts': 400, 'dls.damping': 0.02},
     {'seed_source': 'last_solution'},
     {'diagnostics.warn_latency': 0.01},
     {'choice': 'first', 'task_weights': [1.0] * 6, 'seed_source': 'joint_states'},
     {'max_attempts': 500, 'dls.damping': 0.01},
+    {'compare': ['dls', 'sdls']},
 )
 
 
 def run(plan: Plan) -> Iterator[Check]:
     """Stream for a long time."""
     seconds = plan.seconds(SECONDS)
-    with running_node() as node, connected(load_arm('puma560')) as peer:
-        usages, figures, fault = stream(seconds, plan.seed, node, peer)
-    yield Check(f'{seconds / 60:g} minutes', ', '.join(f'{number} {what}' for what, number in figures.items()), fault)
-    yield from judged(usages[int(WARM_UP * len(usages)) :])
+    with running_node() as node, connected(load_arm(ROBOT)) as peer, Sender(ROBOT, plan.seed, [peer.name]) as sender:
+        soak = Soak(plan.seed, node, peer, sender)
+        fault = soak.stream(seconds)
+    yield Check(f'{seconds / 60:g} minutes', soak.figure(), fault)
+    yield Check('rates', soak.sent().figure(), soak.sent().too_slow(RATE) or soak.too_few())
+    silent = soak.everything.missing()
+    yield Check('messages on all topics', str(soak.everything.counts.total()), unless(not silent, f'none on {silent}'))
+    yield from judged(after_warm_up(soak.usages))
 
 
-def stream(seconds: float, seed: int, node: RunningNode, peer: Peer) -> tuple[list[Usage], dict[str, int], str]:
-    """Stream and change parameters; return what the node held every second, counts, and what went wrong."""
-    usages, changes, part = [], cycle(CHANGES), Stream(peer, seed)
-    figures = dict.fromkeys(('targets', 'solved', 'joint states', 'changes', 'after a newer one'), 0)
-    steps = max(1, round(seconds / STEP))
-    for step in progress(range(1, steps + 1), 'soak'):
-        part.go(RATE, STEP)
-        usages.append(node.usage())
-        if step % 2 == 0 and (fault := change(next(changes), peer)):
-            return usages, figures, fault
-        figures['changes'] += step % 2 == 0
-        if step % STRETCH == 0 or step == steps:
-            if fault := part.fault_at_end() or node.fault():
-                return usages, figures, fault
-            for what, number in part.counts().items():
-                figures[what] += number
-            part = Stream(peer, seed + step)
-    return usages, figures, ''
+class Soak:
+    """What was sent, what came back, and what the node held every second."""
+
+    def __init__(self, seed: int, node: RunningNode, peer: Peer, sender: Sender) -> None:
+        self._seed, self._node, self._peer, self._sender = seed, node, peer, sender
+        self._changes, self._parts, self._made = cycle(CHANGES), [], Counter()
+        self.everything = Everything(peer)
+        self.usages: list[Usage] = []
+
+    def stream(self, seconds: float) -> str:
+        """Stream and change parameters, stretch by stretch; say what went wrong."""
+        fault, rest = '', seconds
+        while rest > 0.0 and not fault:
+            fault = self._stretch(min(rest, STRETCH))
+            rest -= STRETCH
+        return fault
+
+    def _stretch(self, seconds: float) -> str:
+        """Stream for one stretch, and judge what came."""
+        stream = Stream(self._peer, self._seed)
+        self._sender.begin(RATE, seconds)
+        fault = self._change_meanwhile(seconds)
+        sent = self._sender.end()
+        self._parts.append(sent)
+        fault = fault or stream.fault_at_end(sent.last[0]) or self._node.fault()
+        self._made.update({'solved': stream.solved(), 'answered': len(stream.results), 'stale': stream.stale()})
+        return fault
+
+    def _change_meanwhile(self, seconds: float) -> str:
+        """Look at the node every second and change parameters every other; say what went wrong."""
+        for _ in watching(seconds, 'soak', self._sender.finished):
+            self._peer.spin(STEP)
+            self.usages.append(self._node.usage())
+            if len(self.usages) % 2 == 0:
+                if fault := change(next(self._changes), self._peer):
+                    return fault
+                self._made['changes'] += 1
+        return ''
+
+    def sent(self) -> Sent:
+        """Return what was sent in all stretches."""
+        counts = [(sent.targets, sent.joint_states, sent.seconds) for sent in self._parts]
+        return Sent(*(sum(numbers) for numbers in zip(*counts)), {})
+
+    def too_few(self) -> str:
+        """Say that too few targets were answered."""
+        least = LEAST_ANSWERED * self.sent().targets
+        return unless(self._made['answered'] > least, f'only {self._made["answered"]} answered')
+
+    def figure(self) -> str:
+        """Say the counts."""
+        sent, made = self.sent(), self._made
+        return (
+            f'{sent.targets} targets, {made["solved"]} solved, {sent.joint_states} joint states, '
+            f'{made["changes"]} changes, {made["stale"]} after a newer one'
+        )
 
 
 def change(values: dict, peer: Peer) -> str:
@@ -72,6 +123,11 @@ def change(values: dict, peer: Peer) -> str:
     if results is None:
         return f'no answer to {values}'
     return '' if results[0].successful else results[0].reason
+
+
+def after_warm_up(usages: Sequence[Usage]) -> Sequence[Usage]:
+    """Leave the first tenth out, and in a short run all of the time in which a change was made for the first time."""
+    return usages[min(max(int(WARM_UP * len(usages)), 2 * len(CHANGES)), len(usages) // 2) :]
 
 
 def judged(usages: Sequence[Usage]) -> Iterator[Check]:

@@ -1,77 +1,95 @@
-"""A stream of good targets beside joint states, at given rates, and what is wrong with what comes back."""
+"""What comes back for a stream of good targets, and what is wrong with it."""
 
 from __future__ import annotations
 
-import time
+from collections.abc import Sequence
 
 import numpy as np
 
-from torture.peer import Peer
+from ros_ik_pkg.ros.answer import SOLVED
+from torture.peer import TIMEOUT, TOLERANCE, Peer
+from torture.plan import watching
+from torture.sending import JOINT_RATE, Sender, Sent
+from torture.waypoints import client_of, sent_at, waypoints, which_of
 
-JOINT_RATE = 1000.0  # Hz
-SPREAD = 0.4  # rad around home
-WAYPOINTS = 500
+STEP = 0.1  # s between two looks at who sends
 
 
 class Stream:
-    """Targets of one peer, made beforehand so that sending is quick."""
+    """The answers of the node of a peer to targets of others: of all, or of the `client` whose node it is alone."""
 
-    def __init__(self, peer: Peer, seed: int) -> None:
-        self.peer = peer
+    def __init__(self, peer: Peer, seed: int, client: int | None = None) -> None:
+        self._peer, self._client = peer, client
+        self._joints = waypoints(peer.arm, seed)
         peer.spin(0.2)  # what is still on the way belongs to the stretch before
-        peer.forget()
-        random, arm = np.random.default_rng(seed), peer.arm
-        self._joints = np.clip(arm.home + random.uniform(-SPREAD, SPREAD, (WAYPOINTS, arm.n)), arm.lower, arm.upper)
-        self._poses = [peer.pose(q) for q in self._joints]
-        self._seconds, self._joint_states = 0.0, 0
-        self._which: dict[int, int] = {}  # waypoint by stamp
+        self.solutions: dict[int, tuple[Sequence[str], Sequence[float]]] = {}  # names and positions by stamp
+        self.arrived: dict[int, float] = {}  # when [s] a solution came
+        self.results: list[int] = []  # stamps in the order in which results came
+        self.outcomes: dict[int, str] = {}
+        peer.on_others = self
 
-    def send(self) -> None:
-        """Send the next target."""
-        which = len(self._which) % WAYPOINTS
-        self._which[self.peer.send(self._poses[which])] = which
+    def solution(self, stamp: int, names: Sequence[str], positions: Sequence[float], arrived: float) -> None:
+        """Note a solution."""
+        self.solutions[stamp], self.arrived[stamp] = (names, positions), arrived
 
-    def go(self, rate: float, seconds: float) -> None:
-        """Send at a rate [Hz] for so long, joint states at theirs; what comes in meanwhile is taken."""
-        began, targets, joints = time.monotonic(), 0, 0
-        while (elapsed := time.monotonic() - began) < seconds:
-            if joints <= elapsed * JOINT_RATE:
-                self.peer.send_joints(self._joints[len(self._which) % WAYPOINTS])
-                joints += 1
-            if targets <= elapsed * rate:
-                self.send()
-                targets += 1
-            self.peer.spin(min(targets / rate, joints / JOINT_RATE) - (time.monotonic() - began))
-            self.peer.spin_once()
-        self._seconds += seconds
-        self._joint_states += joints
+    def result(self, stamp: int, outcome: str) -> None:
+        """Note a result."""
+        self.results.append(stamp)
+        self.outcomes[stamp] = outcome
 
-    def counts(self) -> dict[str, int]:
-        """Say how many were sent, and what became of them."""
-        return {
-            'targets': len(self._which),
-            'solved': len(self.peer.solutions),
-            'joint states': self._joint_states,
-            'after a newer one': self.peer.stale(),
-        }
+    def go(
+        self, senders: Sequence[Sender], text: str, rate: float, seconds: float, joint_rate: float = JOINT_RATE
+    ) -> list[Sent]:
+        """Let others send, all at the same time, and take what comes in meanwhile; return what each has sent."""
+        for sender in senders:
+            sender.begin(rate, seconds, joint_rate)
+        for _ in watching(seconds, text, lambda: all(sender.finished() for sender in senders)):
+            self._peer.spin(STEP)
+        return [sender.end() for sender in senders]
 
-    def figure(self) -> str:
-        """Say the counts in words, with the rates that were reached."""
-        counts, rates = self.counts(), ''
-        if self._seconds:
-            targets, joints = (counts[what] / self._seconds for what in ('targets', 'joint states'))
-            rates = f' at {targets:.0f} Hz, joint states at {joints:.0f}'
-        stale = counts['after a newer one']
-        return f'{counts["targets"]} sent{rates}, {counts["solved"]} solved, {stale} after a newer one'
+    def latency(self, percent: float) -> float:
+        """Return the percentile of the times from sending a target to its solution [s], infinite where none came."""
+        times = [arrived - sent_at(stamp) for stamp, arrived in self.arrived.items()]
+        return float(np.percentile(times, percent)) if times else float('inf')
 
-    def fault_at_end(self) -> str:
-        """Wait for the last answer; say what is wrong: it, or a solution that is stale or misses its target."""
-        last = max(self._which)
-        self.peer.wait(lambda: last in self.peer.solutions or self.peer.outcomes.get(last, 'solved') != 'solved')
-        if last not in self.peer.solutions:
-            return f'the last target: {self.peer.outcomes.get(last, "no answer")}'
-        wrong = [text for stamp in self.peer.solutions
-                 if (text := self.peer.wrongness(stamp, self._joints[self._which[stamp]]))]  # fmt: skip
-        if wrong:
-            return f'{len(wrong)} wrong, such as {wrong[0]}'
-        return f'{stale} answers after one to a newer target' if (stale := self.peer.stale()) else ''
+    def solved(self, client: int | None = None) -> int:
+        """Return how many targets were solved, of all or of one client."""
+        return sum(client is None or client_of(stamp) == client for stamp in self.solutions)
+
+    def stale(self) -> int:
+        """Return how many results came after one to a newer target of the same client."""
+        newest: dict[int, int] = {}
+        late = 0
+        for stamp in self.results:
+            late += stamp <= newest.get(client_of(stamp), -1)
+            newest[client_of(stamp)] = max(stamp, newest.get(client_of(stamp), -1))
+        return late
+
+    def figure(self, sent: Sent) -> str:
+        """Say what was sent, and what became of it."""
+        over = 100.0 * (1.0 - len(self.results) / max(sent.targets, 1))
+        return (
+            f'{sent.figure()}, {self.solved()} solved, {max(over, 0.0):.0f} % passed over, '
+            f'{self.stale()} after a newer one'
+        )
+
+    def fault_at_end(self, last: int, timeout: float = TIMEOUT) -> str:
+        """Wait for the answer to the last target; say what is wrong with it, or with any other."""
+        self._peer.wait(lambda: last in self.outcomes, timeout)
+        self._peer.wait(lambda: last in self.solutions or self.outcomes.get(last) != SOLVED, timeout)
+        if last not in self.solutions:
+            return f'the last target: {self.outcomes.get(last, "no answer")}'
+        if foreign := [stamp for stamp in self.results if self._client not in (None, client_of(stamp))]:
+            return f"{len(foreign)} answers to another's target, such as of client {client_of(foreign[0])}"
+        return self._wrong() or (f'{stale} answers after one to a newer target' if (stale := self.stale()) else '')
+
+    def _wrong(self) -> str:
+        """Say how many solutions miss their targets, judged by Pinocchio."""
+        named = self._peer.arm.joint_names
+        if odd := [names for names, _ in self.solutions.values() if tuple(names) != named]:
+            return f'{len(odd)} solutions for other joints, such as {odd[0]}'
+        judge, which = self._peer.judge, [which_of(stamp) for stamp in self.solutions]
+        positions = np.array([positions for _, positions in self.solutions.values()])
+        right = judge.solved(judge.forward(self._joints)[which], positions, TOLERANCE)
+        first = int(np.argmin(right))
+        return '' if right.all() else f'{np.sum(~right)} wrong, such as {positions[first].tolist()} for {which[first]}'
