@@ -23,8 +23,10 @@ from torture.hostile import HOSTILE
 from torture.peer import connected
 from torture.plan import Check, Plan, skipped
 from torture.reliability import Reliability
-from torture.running import Usage, running_node
+from torture.running import COUNTED_NODE, TARGETS, Usage, running_node
+from torture.sending import Sender, Sent
 from torture.stream import Stream
+from torture.waypoints import Stamps, client_of, sent_at, which_of
 
 pytestmark = [allow_lark, pytest.mark.once]
 ARM = load_arm('puma560')
@@ -40,7 +42,7 @@ def assert_right(checks) -> None:
 @pytest.fixture(scope='module')
 def node():
     """A node that solves every good target, also where a busy machine holds it up."""
-    with pytest.MonkeyPatch.context() as patch, running_node(*CALM_ARGUMENTS) as node:
+    with pytest.MonkeyPatch.context() as patch, running_node(*CALM_ARGUMENTS, program=COUNTED_NODE) as node:
         patch.setattr(peer_module, 'DEFAULTS', peer_module.DEFAULTS | CALM)
         yield node
 
@@ -51,13 +53,24 @@ def peer(node):
         yield peer
 
 
-def go_until(stream, rate, seconds, condition) -> None:
-    """Stream for so long, and again where a busy machine has not done enough in the time."""
-    deadline = time.monotonic() + TIMEOUT
-    stream.go(rate, seconds)
-    while not condition():
-        assert time.monotonic() < deadline
-        stream.go(rate, seconds)
+@pytest.fixture(scope='module')
+def sender(peer):
+    with Sender('puma560', 7, [peer.name]) as sender:
+        yield sender
+
+
+@pytest.fixture
+def stream(peer):
+    return Stream(peer, 7)
+
+
+def stamp_of_last(sender, peer, stream, rate, condition) -> int:
+    """Let a process stream until the condition holds, however slow the machine is; return the last stamp."""
+    sender.begin(rate)
+    assert peer.wait(condition, TIMEOUT)
+    sent = sender.end()
+    assert sent.targets > 1 and sent.joint_states > 1
+    return sent.last[0]
 
 
 def test_random_solves_are_right_whatever_the_seed(monkeypatch):
@@ -86,7 +99,8 @@ def test_the_fuzz_sees_an_answer_without_a_reason(monkeypatch):
     assert 'no reason' in messages.fuzz_layer(7, 50, ARM)
 
 
-def test_any_message_over_dds_leaves_the_node_as_it_was(node, peer):
+def test_any_message_over_dds_leaves_the_node_as_it_was(node, peer, monkeypatch):
+    monkeypatch.setattr(messages, 'LONGEST_PAUSE', 2.0)
     assert_right(check for check in messages.fuzz_node(7, 300, node, peer) if 'memory' not in check.what)
 
 
@@ -98,26 +112,76 @@ def test_a_flood_of_refused_targets_does_not_fill_the_log(node, peer):
     assert_right([messages.flood(1.0, node, peer)])
 
 
-def test_any_parameter_value_is_taken_or_refused_with_a_reason(node, peer):
-    assert_right(parameters.fuzz(7, 60, node, peer))
+def test_any_parameter_value_is_taken_or_refused_with_a_reason(node, peer, sender):
+    checks = list(parameters.fuzz(7, 60, node, peer, sender))
+    by_speed = 'memory', 'targets that streamed'  # how many are passed over, too
+    assert_right(check for check in checks if not check.what.startswith(by_speed))
+    assert 'sent' in checks[-1].figure and 'results' not in checks[-1].fault and 'last' not in checks[-1].fault
 
 
-def test_targets_and_joint_states_at_speed_are_answered_in_order(node, peer):
-    stream = Stream(peer, 7)
-    go_until(stream, 500.0, 1.0, lambda: len(peer.solutions) > 10)
-    assert stream.fault_at_end() == ''
+def test_a_target_that_the_node_took_and_never_answered_is_noticed(node, peer, sender, stream):
+    sender.begin(100.0)
+    lost = node.taken()[TARGETS] - peer.heard - 1
+    assert 'taken' in parameters.answered(lost, sender, stream, node, peer).fault
 
 
-def test_of_a_burst_the_last_target_is_solved(node, peer):
-    assert_right(check for check in load.burst(2000, node, peer) if 'memory' not in check.what)
+def test_a_refused_change_that_changed_something_is_noticed(peer, monkeypatch):
+    values = iter(f'values {k}' for k in range(1000))
+    monkeypatch.setattr(peer, 'all_values', lambda: next(values))
+    calls = parameters.Calls(7, peer)
+    assert any('refused, but something changed' in calls.one() for _ in range(100))
+    assert peer.set_defaults() == ''
 
 
-def test_an_answer_after_that_to_a_newer_target_is_noticed(peer):
-    stream = Stream(peer, 7)
-    go_until(stream, 100.0, 0.2, lambda: len(peer.results) > 1)
-    assert stream.fault_at_end() == ''
-    peer.results[-1], peer.results[-2] = peer.results[-2:]
-    assert 'after one to a newer target' in stream.fault_at_end()
+def test_a_message_that_the_node_did_not_take_is_counted(node, peer, monkeypatch):
+    monkeypatch.setattr(peer.targets, 'publish', lambda message: None, raising=False)
+    monkeypatch.setattr(messages, 'LONGEST_PAUSE', 0.01)
+    taken, random = messages.Taken(node, peer), Random(7)
+    for _ in range(10):
+        taken.send(random)
+    assert next(taken.checks()).fault == 'too few'
+
+
+def test_targets_and_joint_states_at_speed_are_answered_in_order(peer, sender, stream):
+    last = stamp_of_last(sender, peer, stream, 500.0, lambda: len(stream.solutions) > 10)
+    assert stream.fault_at_end(last) == '' and 0.0 < stream.latency(50) < TIMEOUT
+
+
+def test_a_rate_that_was_not_reached_is_noticed():
+    assert Sent(91, 1000, 1.0, {}).too_slow(100.0) == ''
+    assert Sent(89, 800, 1.0, {}).too_slow(100.0) == (
+        'not tried: targets at 89 Hz instead of 100, joint states at 800 Hz instead of 1000'
+    )
+
+
+def test_of_a_burst_the_last_target_is_solved(node, peer, sender):
+    assert_right(check for check in load.burst(2000, 7, node, peer, sender) if 'memory' not in check.what)
+
+
+def test_answers_out_of_order_or_to_targets_of_another_are_noticed(peer, sender, stream):
+    last = stamp_of_last(sender, peer, stream, 100.0, lambda: len(stream.results) > 1)
+    assert stream.fault_at_end(last) == ''
+    stream.results[-1], stream.results[-2] = stream.results[-2:]
+    assert 'after one to a newer target' in stream.fault_at_end(last)
+    of_another = Stream(peer, 7, client=3)
+    of_another.solutions, of_another.results, of_another.outcomes = stream.solutions, stream.results, stream.outcomes
+    assert "answers to another's target, such as of client 0" in of_another.fault_at_end(last)
+
+
+def test_a_solution_of_a_stream_that_misses_its_target_is_noticed(peer, sender, stream):
+    last = stamp_of_last(sender, peer, stream, 100.0, lambda: len(stream.solutions) > 1)
+    assert stream.fault_at_end(last) == ''
+    names, positions = stream.solutions[last]
+    stream.solutions[last] = names, [*positions[:-1], positions[-1] + 1e-3]
+    assert stream.fault_at_end(last).startswith('1 wrong, such as ')
+
+
+def test_a_stamp_says_who_sent_which_target_and_when():
+    stamps, began = Stamps(), time.monotonic()
+    some = [stamps.next(client, which) for client, which in ((0, 0), (19, 499), (3, 7))]
+    assert some == sorted(some) and [client_of(stamp) for stamp in some] == [0, 19, 3]
+    assert [which_of(stamp) for stamp in some] == [0, 499, 7]
+    assert all(-1e-4 < sent_at(stamp) - began < TIMEOUT for stamp in some)
 
 
 def test_a_wrong_solution_is_noticed(peer):
@@ -127,10 +191,16 @@ def test_a_wrong_solution_is_noticed(peer):
     assert 'wrong solution' in peer.wrongness(stamp, ARM.home)
 
 
-def test_parameters_change_while_targets_stream(node, peer):
-    usages, figures, fault = soak.stream(2.0, 7, node, peer)
-    assert fault == '' and figures['changes'] > 0 and figures['solved'] > 0
-    assert all(usage.memory > 50.0 and usage.files > 5 and usage.threads > 2 for usage in usages)
+def test_parameters_change_while_targets_stream_and_all_topics_are_heard(node, peer, sender, monkeypatch):
+    monkeypatch.setattr(soak, 'CHANGES', ({'compare': ['all']}, {'robot': 'puma560'}))
+    monkeypatch.setattr(soak, 'STEP', 0.2)
+    run = soak.Soak(7, node, peer, sender)
+    assert run.stream(2.0) == '' and run.sent().targets > 0
+    assert all(usage.memory > 50.0 and usage.files > 5 and usage.threads > 2 for usage in run.usages)
+    deadline = time.monotonic() + TIMEOUT
+    while run.everything.missing():
+        assert time.monotonic() < deadline, run.everything.missing()
+        assert peer.fault(ARM.home) == ''
     assert peer.set_defaults() == ''
 
 
@@ -139,6 +209,11 @@ def test_growth_is_noticed():
     assert not any(check.fault for check in soak.judged(flat))
     leaking = [replace(usage, memory=usage.memory + 0.1 * k, files=20 + k // 25) for k, usage in enumerate(flat)]
     assert [bool(check.fault) for check in soak.judged(leaking)] == [True, True, False]
+
+
+def test_a_soak_is_judged_after_the_first_tenth_or_after_every_change():
+    changes = 2 * len(soak.CHANGES)
+    assert [len(soak.after_warm_up(range(n))) for n in (20, 10 * changes, 1200)] == [10, 9 * changes, 1080]
 
 
 def test_values_of_a_type_that_ros_does_not_have_end_nothing(node, peer):

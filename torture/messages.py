@@ -1,7 +1,8 @@
 """Any target and any joint state that the message types allow: arrays of 0 to 10000, NaN, infinities, denormals, texts
 of 100000 characters, names empty, twice and in any script, stamps at the extremes. First to the code that answers
-targets, made by hypothesis; then over DDS to a running node, which must go on to solve good targets; then publishers
-of the wrong QoS and the wrong type.
+targets, made by hypothesis; then over DDS to a running node, each when the one before was taken: what the node takes is
+counted inside it (`torture/counted_node.py`), every target must have its result, and good ones must go on to be solved;
+then publishers of the wrong QoS and the wrong type.
 """
 
 from __future__ import annotations
@@ -34,14 +35,16 @@ from ros_ik_pkg.ros.statuses import result_message
 from torture.makers import any_joint_state, any_pose, good_pose
 from torture.peer import DEFAULTS, Peer, connected
 from torture.plan import Check, Plan, progress, ticking, unless
-from torture.running import RunningNode, running_node
+from torture.running import COUNTED_NODE, JOINT_STATES, TARGETS, RunningNode, running_node
 
 COUNT = 20_000
 PATIENCE = 0.5  # s of CPU time for one answer, a joint state of 10000 names included
 ENOUGH = 1000  # inputs to see every outcome
 SOURCES = 3  # joint states before a target
 EVERY = 100  # messages over DDS, then a good target
-PAUSE = 0.0005  # s between them, so that the node takes most
+PAUSE = 0.0005  # s, how often it is looked whether the node took one
+LONGEST_PAUSE = 0.1  # s; a joint state may get lost, it is sent with best effort
+TAKEN = 0.9  # share of the messages that the node must have taken, or it was not tried with them
 WARM_UP = 0.2  # of the messages, before memory is looked at
 GROWTH = 16.0  # MB; what 64 sources of joint states with 10000 names may hold, and what malloc keeps
 LOG_KINDS = 2  # of lines about targets: refused, and not solved
@@ -62,7 +65,7 @@ def run(plan: Plan) -> Iterator[Check]:
     arm, count = load_arm('puma560'), plan.count or COUNT
     fault = fuzz_layer(plan.seed, count, arm)
     yield Check('inputs to the message layer, each answered with a reason', str(count), fault)
-    with running_node() as node, connected(arm) as peer:
+    with running_node(program=COUNTED_NODE) as node, connected(arm) as peer:
         yield from fuzz_node(plan.seed, count, node, peer)
         yield from odd_qos(node, peer)
         yield wrong_type(node, peer)
@@ -114,15 +117,16 @@ def fuzz_node(seed: int, count: int, node: RunningNode, peer: Peer) -> Iterator[
     peer.forget()
     began, fault = time.monotonic(), peer.fault(peer.arm.home) or node.fault()
     before = node.lines()  # of targets that were sent earlier; none of them is under way any more
+    taken = Taken(node, peer)
     for number in progress(range(count), 'messages over DDS'):
         if number % EVERY == EVERY - 1 and (fault := fault or peer.fault(peer.arm.home) or node.fault()):
             break
         if number == int(WARM_UP * count):
             warm = node.usage().memory
-        send_any(random, peer)
-        peer.spin(PAUSE)
+        taken.send(random)
     fault = fault or peer.fault(peer.arm.home) or node.fault()
     yield Check('messages over DDS; good targets between them solved, crashes 0, hangs 0', str(count), fault)
+    yield from taken.checks()
     if not fault:
         growth = node.usage().memory - warm
         yield Check('memory growth after the first fifth', f'{growth:.1f} MB', unless(growth < GROWTH, f'{growth} MB'))
@@ -130,12 +134,39 @@ def fuzz_node(seed: int, count: int, node: RunningNode, peer: Peer) -> Iterator[
         yield Check('lines in the log', f'{lines / seconds:.1f} a second', too_many(lines, seconds))
 
 
-def send_any(random: Random, peer: Peer) -> None:
-    """Send a joint state or a target; a target goes as it is, its stamp included."""
-    if random.random() < 0.5:
-        peer.joint_states.publish(any_joint_state(random, peer.arm.joint_names))
-    else:
-        peer.targets.publish(any_pose(random, good_pose(peer.arm), peer.arm.frame_names))
+class Taken:
+    """Sends one message after the other, the next when the node has taken the one before, and counts."""
+
+    def __init__(self, node: RunningNode, peer: Peer) -> None:
+        self._node, self._peer = node, peer
+        self._sent, self._taken, self._answered = Counter(), Counter(), 0
+
+    def send(self, random: Random) -> None:
+        """Send a joint state or a target; a target goes as it is, its stamp included."""
+        peer, before, heard = self._peer, self._node.taken(), self._peer.heard
+        place = JOINT_STATES if random.random() < 0.5 else TARGETS
+        if place == JOINT_STATES:
+            peer.joint_states.publish(any_joint_state(random, peer.arm.joint_names))
+        else:
+            peer.targets.publish(any_pose(random, good_pose(peer.arm), peer.arm.frame_names))
+        end = time.monotonic() + LONGEST_PAUSE
+        while self._node.taken()[place] == before[place] and time.monotonic() < end:
+            peer.spin(PAUSE)
+        self._sent[place] += 1
+        self._taken[place] += self._node.taken()[place] > before[place]
+        if place == TARGETS:
+            peer.wait(lambda: peer.heard > heard, LONGEST_PAUSE)
+            self._answered += peer.heard > heard
+
+    def checks(self) -> Iterator[Check]:
+        """Say what the node took; there is little to be learnt from what it did not."""
+        for place, what in ((TARGETS, 'targets'), (JOINT_STATES, 'joint states')):
+            sent, taken = self._sent[place], self._taken[place]
+            figure = f'{taken} of {sent}' + f', {self._answered} with a result' * (place == TARGETS)
+            fault = unless(taken >= TAKEN * sent, 'too few') or unless(
+                place != TARGETS or self._answered >= TAKEN * sent, 'too few results'
+            )
+            yield Check(f'{what} that the node took', figure, fault)
 
 
 def too_many(lines: int, seconds: float) -> str:

@@ -12,13 +12,18 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
+
+import numpy as np
 
 from bench.process import ROOT
 
 START_TIMEOUT = 900.0  # s; two first starts at once compile on every core, for minutes where others need them too
 STOP_TIMEOUT = 20.0  # s
 PAGE = os.sysconf('SC_PAGE_SIZE')
-COMMAND = (sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', '--ros-args')
+NODE, COUNTED_NODE = 'ros_ik_pkg.ros.ik_node', 'torture.counted_node'
+COUNTS_FILE = 'ROS_IK_TORTURE_COUNTS'  # variable of the environment
+TARGETS, JOINT_STATES = range(2)  # places in the file of counts
 
 
 @dataclass(frozen=True)
@@ -30,13 +35,22 @@ class Usage:
     threads: int
 
 
+def map_counts(path: str | os.PathLike[str], mode: Literal['r+', 'w+']) -> np.ndarray:
+    """Map the counts of a COUNTED_NODE to memory, (2,)."""
+    return np.memmap(path, np.int64, mode, shape=2)
+
+
 class RunningNode:
     """An IK node in a process of its own; what it says goes to a log file."""
 
-    def __init__(self, log: Path, words: Sequence[str] = (), before: Sequence[str] = (), **environment: str) -> None:
+    def __init__(
+        self, log: Path, words: Sequence[str] = (), before: Sequence[str] = (), program: str = NODE, **environment: str
+    ) -> None:
         self.log = log
-        self._environment = {**os.environ, 'PYTHONPATH': str(ROOT), **environment}
-        self._command = [*before, *COMMAND, *words]
+        counts = log.with_suffix('.counts')
+        self._counts = map_counts(counts, 'w+')
+        self._environment = {**os.environ, 'PYTHONPATH': str(ROOT), COUNTS_FILE: str(counts), **environment}
+        self._command = [*before, sys.executable, '-m', program, '--ros-args', *words]
         self.start()
 
     def start(self) -> None:
@@ -75,6 +89,10 @@ class RunningNode:
         pages = int((proc / 'statm').read_text().split()[1])
         return Usage(pages * PAGE / 2**20, len(os.listdir(proc / 'fd')), len(os.listdir(proc / 'task')))
 
+    def taken(self) -> tuple[int, int]:
+        """Return how many targets and joint states a COUNTED_NODE has taken so far."""
+        return int(self._counts[TARGETS]), int(self._counts[JOINT_STATES])
+
     def kill(self) -> None:
         """End the process as a crash would."""
         os.killpg(self.process.pid, signal.SIGKILL)
@@ -98,10 +116,10 @@ class RunningNode:
 
 
 @contextlib.contextmanager
-def running_node(*words: str, **environment: str) -> Iterator[RunningNode]:
+def running_node(*words: str, program: str = NODE, **environment: str) -> Iterator[RunningNode]:
     """Run a node that is ready, and stop it in the end; it must end by itself, with 0."""
     with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
-        node = RunningNode(Path(folder, 'log'), words, **environment)
+        node = RunningNode(Path(folder, 'log'), words, program=program, **environment)
         try:
             node.wait_until_ready()
             yield node
