@@ -334,3 +334,16 @@ def test_random_chains_are_searched_as_well():
         )
         for target in reachable_poses(arm, rng, 10):
             assert_answer(arm, solve(arm, target, options=SolveOptions(**CALM)), target)
+
+
+@pytest.mark.parametrize('method', ['dls', 'adaptive_dls', 'sdls'])
+def test_a_target_a_centimetre_too_far_is_said_to_be_out_of_reach_or_stalled(method):
+    # That some descent on the way diverged is not why there is no answer.
+    arm = get_arm('ur5')
+    for q in random_configurations(arm, np.random.default_rng(8), 40):
+        q[2] = 0.0  # the elbow stretched
+        target = pinocchio_tip(arm, q)
+        outwards = target[:3, 3] - [0.0, 0.0, 0.0892]  # from the shoulder
+        target[:3, 3] += 0.01 * outwards / np.linalg.norm(outwards)
+        solution = solve(arm, target, q, SolveOptions(method=method, deadline=0.0))
+        assert solution.status in (Status.CONVERGED, Status.UNREACHABLE, Status.STALLED, Status.MAX_ITERATIONS)

@@ -12,6 +12,10 @@ import numpy as np
 
 from ros_ik_pkg.ik.compiled import compiled, inlined
 
+# atan(x) / x = 1 + A0 x^2 + A1 x^4 + ..., to the last place for x^2 below SMALL (angles below 0.14 rad)
+SMALL = 0.005
+A = (-1.0 / 3.0, 1.0 / 5.0, -1.0 / 7.0, 1.0 / 9.0, -1.0 / 11.0, 1.0 / 13.0)
+
 
 @compiled
 def pose_matrix(px, py, pz, x, y, z, w):
@@ -46,9 +50,13 @@ def rotation_log(R):
     w, x, y, z = quaternion(R)
     if w < 0.0:
         w, x, y, z = -w, -x, -y, -z
-    sine = math.sqrt(x * x + y * y + z * z)
-    # atan2(s, w) / s -> 1 / w as s -> 0
-    scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-150 else 2.0 / w
+    square = x * x + y * y + z * z
+    if square < SMALL * w * w:  # most of the time, and in a third of the time
+        t = square / (w * w)
+        scale = (2.0 / w) * (1.0 + t * (A[0] + t * (A[1] + t * (A[2] + t * (A[3] + t * (A[4] + t * A[5]))))))
+    else:
+        sine = math.sqrt(square)
+        scale = 2.0 * math.atan2(sine, w) / sine
     return scale * x, scale * y, scale * z
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.approach import approach
-from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, PAUSED, STALLED, descend
+from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, DIVERGED, OSCILLATING, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.clock import passed
 from ros_ik_pkg.ik.compiled import inlined, kernel
 from ros_ik_pkg.ik.kinematics import walk
@@ -118,6 +118,8 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
         if not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
             steps += approach(geometry, task, tuning, stop_time, attempts, work, recorder)
             late = passed(stop_time, work.clock)
+            # How the descents ended says nothing of where the approach came to rest.
+            failure = STALLED if failure == DIVERGED or failure == OSCILLATING else failure
         position_error, orientation_error, _ = errors_at(geometry, task, work)
         if holds(position_error, orientation_error, tuning):
             unwrap(geometry, work.q, reference)
