@@ -45,8 +45,12 @@ def solve_cells(run: Run) -> list[str]:
         jumps = f'{run.jumps}' + (f' ({run.forced_jumps} forced)' if run.forced_jumps else '')
     elif run.solved.any():
         distance = f'{np.median(np.abs(run.q - run.case.seeds)[run.solved].max(axis=1)):.2f}'
-    speed, counts = (f'{time:.0f}' for time in times(run)), map(_mean, (run.iterations, run.attempts))
+    speed, counts = map(_time, times(run)), map(_mean, (run.iterations, run.attempts))
     return [solved, wrong, *speed, *counts, distance, jumps]
+
+
+def _time(microseconds: float) -> str:
+    return f'{microseconds:.1f}' if microseconds < 100.0 else f'{microseconds:.0f}'
 
 
 def _mean(values: np.ndarray) -> str:
