@@ -10,6 +10,7 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from hypothesis import given
 from hypothesis import strategies as st
+from numerics import law
 from ros_helpers import joint_state, pose_of
 from sensor_msgs.msg import JointState
 
@@ -57,6 +58,7 @@ def values_of(status) -> dict[str, str]:
     return {pair.key: pair.value for pair in status.values}
 
 
+@law
 @given(p=VECTORS, axis=VECTORS, angle=st.floats(-3.1, 3.1))
 def test_a_pose_is_the_rotation_of_rodrigues_and_its_position(p, axis, angle):
     length = math.hypot(*axis)
