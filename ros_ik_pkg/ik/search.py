@@ -119,7 +119,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
             steps += approach(geometry, task, tuning, stop_time, attempts, work, recorder)
             late = passed(stop_time, work.clock)
             # How the descents ended says nothing of where the approach came to rest.
-            failure = STALLED if failure == DIVERGED or failure == OSCILLATING else failure
+            failure = STALLED if failure in (DIVERGED, OSCILLATING) else failure
         position_error, orientation_error, _ = errors_at(geometry, task, work)
         if holds(position_error, orientation_error, tuning):
             unwrap(geometry, work.q, reference)
