@@ -97,11 +97,35 @@ def test_at_the_singular_wrist_pinv_fails_and_the_sentence_says_why(notes):
 def test_words_name_the_iteration_the_distance_and_the_cause():
     assert describe_run(a_run()) == 'pinv diverged at iteration 7: smallest singular value 0.0002'
     assert describe_run(a_run('dls', Status.STALLED, position_error=0.058)) == (
-        'dls stalled at iteration 7 58 mm from the target'
+        'dls stalled at iteration 7, 58 mm from the target'
     )
     swinging = describe_run(a_run(status=Status.OSCILLATING, position_error=1.25))
     assert swinging == 'pinv oscillates 1.25 m from the target'
     assert '11.5° from' in describe_run(a_run(status=Status.STALLED, position_error=0.0, orientation_error=0.2))
+
+
+def test_joints_at_limits_are_named_and_a_regular_jacobian_is_not_blamed():
+    def words(*joints: str, status: Status = Status.DIVERGED, sigma_min: float = 0.2) -> str:
+        return describe_run(a_run(status=status, sigma_min=sigma_min, joints_at_limits=joints))
+
+    assert words('j2') == 'pinv diverged at iteration 7: j2 at its limit'
+    assert words('j2', 'j4', status=Status.NOT_FINITE) == (
+        'pinv found no finite step at iteration 7: j2 and j4 at their limits'
+    )
+    assert words('j1', 'j2', 'j4').endswith(': 3 joints at their limits')
+    assert words('j2', sigma_min=2e-4).endswith(': smallest singular value 0.0002, j2 at its limit')
+    assert words('j2', status=Status.STALLED) == 'pinv stalled at iteration 7, 300 mm from the target, j2 at its limit'
+    assert words() == 'pinv diverged at iteration 7, 300 mm from the target'
+
+
+def test_where_the_limits_stop_pinv_its_run_names_the_joints():
+    problem = make_problem(load_arm('iiwa14'), None, None)
+    (run,) = compare_methods(problem.arm, problem.target, problem.seed, ('pinv',), OPTIONS)
+    assert run.status is Status.DIVERGED and run.sigma_min > 0.1
+    last, arm = run.trace.joint_positions[-1], problem.arm
+    at_limits = [name for name, q, low, high in zip(arm.joint_names, last, arm.lower, arm.upper) if q in (low, high)]
+    assert list(run.joints_at_limits) == at_limits and len(at_limits) == run.trace.column('joints_at_limits')[-1]
+    assert 'singular' not in describe_run(run) and 'at their limits' in describe_run(run)
 
 
 def test_failures_come_first_and_the_quickest_of_the_others_next():

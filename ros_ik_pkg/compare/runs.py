@@ -17,6 +17,7 @@ class MethodRun:
     position_error [m], orientation_error [rad]: of the last configuration.
     time: seconds of a solve that keeps no trace, the time that a user waits.
     sigma_min: smallest singular value of the Jacobian that was met on the way.
+    joints_at_limits: names of the joints that sit at a limit in the last configuration.
     trace: every iterate, None where only the figures are known.
     """
 
@@ -27,6 +28,7 @@ class MethodRun:
     orientation_error: float
     time: float
     sigma_min: float
+    joints_at_limits: tuple[str, ...] = ()
     trace: Trace | None = None
 
 
@@ -80,5 +82,6 @@ def _run(arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions) 
         orientation_error=traced.orientation_error,
         time=timed.solve_time,
         sigma_min=float(np.nanmin(traced.trace.column('sigma_min'))),
+        joints_at_limits=tuple(arm.joint_names[i] for i in traced.joints_at_limits),
         trace=traced.trace,
     )

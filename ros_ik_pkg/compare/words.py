@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from ros_ik_pkg.compare.runs import MethodRun
 from ros_ik_pkg.ik import Status
 
-SINGULAR = 1e-2  # a smaller singular value of the Jacobian is worth telling
+SINGULAR = 1e-2  # a smaller singular value of the Jacobian is worth telling; a larger one is no reason to fail
 ROUNDING = 5e-7  # m; less is no distance to speak of
+MANY = 2  # joints at their limits; more are counted, not named
 
 
 def describe(runs: Sequence[MethodRun]) -> str:
@@ -17,19 +18,19 @@ def describe(runs: Sequence[MethodRun]) -> str:
     failed = [describe_run(run) for run in runs if run.status is not Status.CONVERGED]
     converged = sorted((run for run in runs if run.status is Status.CONVERGED), key=lambda run: run.iterations)
     if converged:
-        failed.append(f'{_names([f"{run.method} in {run.iterations}" for run in converged])} converged')
+        failed.append(f'{_and([f"{run.method} in {run.iterations}" for run in converged])} converged')
     return '; '.join(failed)
 
 
 def describe_run(run: MethodRun) -> str:
-    """Say how one method ended, such as 'pinv diverged at iteration 7: smallest singular value 2e-4'."""
+    """Say how one method ended, such as 'pinv diverged at iteration 7: smallest singular value 0.0002'."""
     texts = {
         Status.CONVERGED: f'converged in {run.iterations} iterations',
         Status.MAX_ITERATIONS: f'ran out of its {run.iterations} iterations {_off(run)}',
-        Status.STALLED: f'stalled at iteration {run.iterations} {_off(run)}',
-        Status.OSCILLATING: f'oscillates {_off(run)}',
-        Status.DIVERGED: f'diverged {_when(run)}: smallest singular value {run.sigma_min:.1g}',
-        Status.NOT_FINITE: f'found no finite step {_when(run)}: smallest singular value {run.sigma_min:.1g}',
+        Status.STALLED: f'stalled {_when(run)}, {_off(run)}{_limits(run, ", ")}',
+        Status.OSCILLATING: f'oscillates {_off(run)}{_limits(run, ", ")}',
+        Status.DIVERGED: f'diverged {_when(run)}{_why(run)}',
+        Status.NOT_FINITE: f'found no finite step {_when(run)}{_why(run)}',
     }
     return f'{run.method} {texts.get(run.status, run.status.text)}'
 
@@ -43,6 +44,26 @@ def _off(run: MethodRun) -> str:
     if run.position_error > ROUNDING:
         return f'{length(run.position_error)} from the target'
     return f'{angle(run.orientation_error)} from the target'
+
+
+def _why(run: MethodRun) -> str:
+    """Say what made a step too long: a Jacobian that is nearly singular, or has lost the columns of joints at limits.
+
+    The distance where it was neither.
+    """
+    if run.sigma_min < SINGULAR:
+        return f': smallest singular value {run.sigma_min:.1g}{_limits(run, ", ")}'
+    return _limits(run, ': ') or f', {_off(run)}'
+
+
+def _limits(run: MethodRun, before: str) -> str:
+    """Name the joints that ended at their limits, or count them where they are many; empty where none did."""
+    joints = run.joints_at_limits
+    if not joints:
+        return ''
+    if len(joints) > MANY:
+        return f'{before}{len(joints)} joints at their limits'
+    return f'{before}{_and(joints)} at {"its limit" if len(joints) == 1 else "their limits"}'
 
 
 def length(metres: float) -> str:
@@ -59,6 +80,6 @@ def angle(radians: float) -> str:
     return f'{degrees:.3g}°' if degrees >= 0.1 else f'{radians * 1e3:.2g} mrad'
 
 
-def _names(items: Sequence[str]) -> str:
+def _and(items: Sequence[str]) -> str:
     """Join as in a sentence."""
     return items[0] if len(items) == 1 else f'{", ".join(items[:-1])} and {items[-1]}'

@@ -111,4 +111,5 @@ def run_of(figures: Mapping[str, Any]) -> MethodRun:
         orientation_error=float(figures['orientation_error']),
         time=float(figures['time']),
         sigma_min=float(figures['sigma_min']),
+        joints_at_limits=tuple(figures.get('joints_at_limits', '').split()),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -35,8 +36,13 @@ def _status(answer: Answer, run: MethodRun, node_name: str) -> DiagnosticStatus:
         name=f'{node_name}: {run.method}',
         message=describe_run(run),
         hardware_id=answer.arm.name,
-        values=key_values({'status': run.status.label, **{name: getattr(run, name) for name in FIGURES}}),
+        values=key_values(_figures(run)),
     )
+
+
+def _figures(run: MethodRun) -> dict[str, Any]:
+    figures = {name: getattr(run, name) for name in FIGURES}
+    return {'status': run.status.label, **figures, 'joints_at_limits': ' '.join(run.joints_at_limits)}
 
 
 def paths_message(answer: Answer, runs: Sequence[MethodRun]) -> MarkerArray:
