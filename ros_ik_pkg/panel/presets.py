@@ -13,6 +13,7 @@ from ros_ik_pkg.ik import Arm
 SAMPLES = 48  # positions of a joint that are looked at
 OFF_SINGULAR = np.radians(0.1)  # rad; at the singularity itself nothing moves, beside it everything does
 SHIFT = 0.09  # of the arm's reach, in x, y and z
+NOTHING = 1e-6  # m, or of a singular value: a joint that gains no more stays where it is
 
 
 def notes(arm: Arm) -> Problem:
@@ -21,7 +22,7 @@ def notes(arm: Arm) -> Problem:
 
 
 def stretched(arm: Arm) -> Problem:
-    """Aim at the tip of the arm stretched out, where it can move no further."""
+    """Aim where the seed's arm, elbow straight, just reaches: there it is singular, and can move no further out."""
     seed = notes(arm).seed
     return Problem(arm, seed, arm.forward(stretch(arm, seed)))
 
@@ -31,6 +32,7 @@ def wrist_singular(arm: Arm) -> Problem:
     seed = notes(arm).seed
     for joint in range(arm.n - 2, 3, -1):  # with six joints the last but one alone; a redundant arm needs more
         seed = best_position(arm, seed, joint, lambda q: -smallest_singular_value(arm, q))
+    seed = seed.copy()
     seed[-2] = np.clip(np.round(seed[-2], 2) + OFF_SINGULAR, arm.lower[-2], arm.upper[-2])
     target = arm.forward(seed)
     target[:3, 3] += SHIFT * reach(arm)
@@ -79,7 +81,10 @@ def stretch(arm: Arm, q: np.ndarray) -> np.ndarray:
 
 
 def best_position(arm: Arm, q: np.ndarray, joint: int, value: Callable[[np.ndarray], float]) -> np.ndarray:
-    """Return q with one joint where `value` is largest, found by looking at SAMPLES positions and then nearer."""
+    """Return q with one joint where `value` is largest, found by looking at SAMPLES positions and then nearer.
+
+    A joint that does not matter, such as a wrist for the distance of its centre, is left alone.
+    """
     lower, upper = (limit[joint] for limit in bounds(arm))
     best, width = q[joint], upper - lower
     for _ in range(3):
@@ -87,4 +92,5 @@ def best_position(arm: Arm, q: np.ndarray, joint: int, value: Callable[[np.ndarr
         candidates = [np.r_[q[:joint], position, q[joint + 1 :]] for position in positions]
         best = positions[np.argmax([value(candidate) for candidate in candidates])]
         width /= SAMPLES / 3
-    return np.r_[q[:joint], best, q[joint + 1 :]]
+    moved = np.r_[q[:joint], best, q[joint + 1 :]]
+    return moved if value(moved) > value(q) + NOTHING else q
