@@ -15,9 +15,9 @@ import pytest
 from browser import PAGE_TIMEOUT, START_TIMEOUT, address, need_browser, open_page, running
 from ros_helpers import CALM_ARGUMENTS, TIMEOUT, Client, allow_lark
 
-from ros_ik_pkg.compare.table import cells
 from ros_ik_pkg.ik import METHODS
 from ros_ik_pkg.panel.answers import run_of
+from ros_ik_pkg.panel.html import row_texts
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.reply import values
 from ros_ik_pkg.tools.processes import ros_node
@@ -115,7 +115,7 @@ def rows(page) -> dict[str, list[str]]:
 def told_by(comparison) -> dict[str, list[str]]:
     """Return what the table must show of a message on ~/comparison."""
     runs = [run_of(values(status)) for status in comparison.status]
-    return {run.method: list(cells(run)[1:]) for run in runs}
+    return {run.method: list(row_texts(run)[1:]) for run in runs}
 
 
 def wait_for_text(page, name: str, text: str, timeout: float = PAGE_TIMEOUT) -> str:
@@ -213,7 +213,7 @@ def test_another_robot_gets_sliders_of_its_own(page, listener):
     page.get_by_role('tab', name='Task').click()
     page.get_by_label('Robot').click()
     page.get_by_role('option', name='panda', exact=True).click()
-    page.get_by_text('panda_joint7').wait_for()
+    page.get_by_text('joint7', exact=True).wait_for()
     listener.wait_for(lambda: listener.parameter('robot') == 'panda', 'the node with the panda')
     wait_for_text(page, 'node', 'solved')
 

@@ -1,4 +1,4 @@
-"""The parts of the panel that need neither browser nor ROS: presets, words, curves."""
+"""The parts of the panel that need neither browser nor node: presets, words, curves, sliders."""
 
 from __future__ import annotations
 
@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from ros_ik_pkg.compare import MethodRun, compare_methods, describe
-from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm
-from ros_ik_pkg.panel.html import node_words, status_html, table_html
+from ros_ik_pkg.compare.iteration_axis import MAX_POINTS, thinned
+from ros_ik_pkg.compare.problem import is_rotary
+from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm, solve
+from ros_ik_pkg.panel.answers import Curve
+from ros_ik_pkg.panel.chart import plots_html
+from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html
+from ros_ik_pkg.panel.joint_labels import short_names, slider_range
 from ros_ik_pkg.panel.presets import PRESETS
 
 pytestmark = pytest.mark.once
@@ -48,10 +53,16 @@ def test_at_the_singular_wrist_of_the_puma_pinv_diverges_and_damping_does_not():
     assert 'smallest singular value' in describe(list(runs.values()))
 
 
-def test_the_stretched_target_is_further_out_than_the_seed():
+def test_the_stretched_target_takes_a_straight_elbow_where_damping_creeps():
     problem = PRESETS['Arm stretched out'](load_arm('puma560'))
     seed_tip = problem.arm.forward(problem.seed)[:3, 3]
     assert np.linalg.norm(problem.target[:3, 3]) > 1.3 * np.linalg.norm(seed_tip)
+    answer = solve(problem.arm, problem.target, problem.seed, SolveOptions(deadline=0.0)).q
+    assert np.linalg.svd(problem.arm.jacobian(answer), compute_uv=False)[-1] < 0.01
+    np.testing.assert_allclose(answer[[0, 1, 3, 4, 5]], problem.seed[[0, 1, 3, 4, 5]], atol=0.1)  # it just stretches
+    options = SolveOptions(max_iterations=2000, position_tolerance=1e-6, orientation_tolerance=1e-6)
+    runs = {run.method: run for run in compare_methods(problem.arm, problem.target, problem.seed, METHODS, options)}
+    assert runs['dls'].iterations > 10 * runs['adaptive_dls'].iterations
 
 
 def test_texts_of_the_node_cannot_become_markup():
@@ -69,6 +80,17 @@ def test_the_node_s_answer_is_told_in_words():
     assert node_words(solved) == ('solved by dls in 8 iterations, 0.1 ms', True)
     assert node_words({**solved, 'attempts': '3'})[0] == 'solved by dls in 8 iterations and 3 attempts, 0.1 ms'
     assert node_words({'outcome': 'failed', 'message': 'out of reach'}) == ('failed: out of reach', False)
+
+
+def test_a_status_that_is_too_long_for_its_column_is_shortened():
+    run = MethodRun('transpose', Status.MAX_ITERATIONS, 2000, 0.1, 0.2, 1e-5, 0.3)
+    table = table_html({'transpose': run}, '')
+    assert 'max_iterations' not in table and 'out of steps' in table
+
+
+def test_where_no_method_is_chosen_the_page_says_what_to_do():
+    assert comparison_words([], compared=False) == 'Choose methods to compare.'
+    assert comparison_words([], compared=True) == ''
 
 
 URDF = """<robot name="stick">
@@ -114,6 +136,20 @@ def test_an_arm_whose_meshes_are_not_there_is_drawn_from_its_chain(server, tmp_p
     assert mesh_drawing(server, '/arm', load_arm(path), path) is None
 
 
+def test_meshes_of_packages_are_found_in_the_workspace_that_is_sourced(server, tmp_path, monkeypatch):
+    from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+
+    share = tmp_path / 'install' / 'share' / 'stick_description'
+    share.mkdir(parents=True)
+    stick(share, 'package://stick_description/stick.stl')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'/nonexistent:{tmp_path / "install"}')
+    arm = load_arm(str(share / 'stick.urdf'))
+    for source in (str(share / 'stick.urdf'), 'package://stick_description/stick.urdf'):
+        assert mesh_drawing(server, '/arm', arm, source) is not None
+    monkeypatch.setenv('AMENT_PREFIX_PATH', '')
+    assert mesh_drawing(server, '/arm', arm, str(share / 'stick.urdf')) is None
+
+
 @pytest.mark.parametrize('robot', [*ROBOTS, 'stanford', 'planar3r'])
 def test_the_drawn_joints_end_where_forward_kinematics_does(robot):
     pytest.importorskip('viser', reason='viser is not installed: scripts/panel installs it')
@@ -125,11 +161,53 @@ def test_the_drawn_joints_end_where_forward_kinematics_does(robot):
     np.testing.assert_allclose(product, arm.forward(q), atol=1e-12)
 
 
-def test_long_curves_are_thinned_in_pairs_and_keep_both_ends():
-    pytest.importorskip('plotly', reason='plotly is not installed: scripts/panel installs it')
-    from ros_ik_pkg.panel.chart import MAX_POINTS, thinned
-
-    chosen = thinned(2001)
+def test_long_curves_are_thinned_to_their_envelope_and_keep_both_ends():
+    waves = 10.0 ** -np.linspace(0, 6, 2001) * np.where(np.arange(2001) % 2, 1.0, 3.0)
+    chosen = thinned(waves)
     assert len(chosen) <= MAX_POINTS and chosen[0] == 0 and chosen[-1] == 2000
-    assert set(chosen % 2) == {0, 1}
-    np.testing.assert_array_equal(thinned(5), np.arange(5))
+    np.testing.assert_array_equal(thinned(waves[:5]), np.arange(5))
+    for begin in range(300, 1900, 200):
+        window = waves[chosen[(chosen >= begin) & (chosen < begin + 200)]] * 10.0 ** (6 * begin / 2000)
+        assert window.max() > 1.5 and window.min() < 0.5, 'crests and troughs are both there'
+
+
+def test_every_method_is_a_line_and_a_dot_in_each_plot():
+    problem = PRESETS['Lecture notes'](load_arm('puma560'))
+    runs = compare_methods(problem.arm, problem.target, problem.seed, METHODS, OPTIONS)
+    curves = {
+        run.method: Curve(*(run.trace.column(name) for name in ('iteration', 'position_error', 'orientation_error')))
+        for run in runs
+    }
+    drawn = plots_html(curves)
+    for method in METHODS:
+        assert drawn.count(f'stroke:var(--{method})') == 4
+    assert len(drawn) < 40_000  # it goes out for every target
+
+
+@pytest.mark.parametrize(
+    ('names', 'short'),
+    [
+        (('panda_joint1', 'panda_joint2'), ['joint1', 'joint2']),
+        (('iiwa_joint_1', 'iiwa_joint_2'), ['joint 1', 'joint 2']),
+        (('shoulder_pan_joint', 'elbow_joint', 'wrist_1_joint'), ['shoulder pan', 'elbow', 'wrist 1']),
+        (('a', 'a_b'), ['a', 'a b']),
+        (('hinge_joint',), ['hinge joint']),
+    ],
+)
+def test_labels_of_joints_leave_out_what_all_have_in_common(names, short):
+    assert short_names(names) == short
+
+
+@pytest.mark.parametrize('robot', [*ROBOTS, 'stanford'])
+def test_sliders_cover_the_limits_and_end_within_them(robot):
+    arm = load_arm(robot)
+    for lower, upper, turns in zip(arm.lower.tolist(), arm.upper.tolist(), is_rotary(arm).tolist()):
+        low, high = slider_range(lower, upper, turns)
+        if turns:
+            assert (low, high) == (round(low, 1), round(high, 1))
+            low, high = np.radians([low, high])
+        assert lower - 1e-8 <= low < lower + 0.002 and upper - 0.002 < high <= upper + 1e-8
+
+
+def test_sliders_of_joints_without_limits_go_half_a_turn_to_either_side():
+    assert slider_range(-np.inf, np.inf, True) == (-180.0, 180.0)

@@ -126,6 +126,7 @@ def test_the_panel_listens_on_loopback_alone_and_serves_no_file_by_path(server):
 
 
 def test_a_page_can_neither_name_a_path_nor_ask_for_a_public_address(server, tmp_path):
+    from ros_ik_pkg.ik import IkError
     from ros_ik_pkg.panel.exposure import stay_private
     from ros_ik_pkg.panel.panel import Panel
 
@@ -135,8 +136,9 @@ def test_a_page_can_neither_name_a_path_nor_ask_for_a_public_address(server, tmp
     assert server.request_share_url() is None
     with ros_node('panel_test') as node:
         panel = Panel(server, node, 'ik_node')
-        for ask_for in (panel.choose_robot, panel.upload_urdf):
-            ask_for(str(path))
+        for ask_for in (panel.choose_robot, lambda text: panel.upload_urdf(text, text)):
+            with pytest.raises(IkError):
+                ask_for(str(path))
             assert panel._arm.name == 'puma560' and panel._robot['robot'] == 'puma560'
         panel.choose_robot('ur5')
         assert panel._arm.name == 'ur5'

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 TICKS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10000, 30000, 100000)
+MAX_POINTS = 250  # of a curve; more cannot be told apart
 
 
-def place(iterations: np.ndarray) -> np.ndarray:
+def place(iterations: np.ndarray | float) -> np.ndarray:
     """Return where iterations stand on the axis: log10(1 + k)."""
     return np.log10(1.0 + np.asarray(iterations, dtype=float))
 
@@ -15,3 +16,19 @@ def place(iterations: np.ndarray) -> np.ndarray:
 def ticks(last: int) -> tuple[int, ...]:
     """Return the iterations to label on an axis that ends at `last`, and the first one beyond it."""
     return TICKS[: 1 + next((i for i, tick in enumerate(TICKS) if tick >= max(last, 3)), len(TICKS) - 1)]
+
+
+def thinned(values: np.ndarray) -> np.ndarray:
+    """Return which points of a long curve to draw: the least and the greatest of each piece of the axis, and both ends.
+
+    So what goes up and down from one iteration to the next is drawn as wide as it is, not as a wave that is not there.
+    """
+    count = len(values)
+    if count <= MAX_POINTS:
+        return np.arange(count)
+    edges = np.unique(np.geomspace(1, count, MAX_POINTS // 2).round().astype(int))
+    chosen = [0, count - 1]
+    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist()):
+        piece = values[begin:end]
+        chosen += [begin + int(np.argmin(piece)), begin + int(np.argmax(piece))]
+    return np.unique(chosen)

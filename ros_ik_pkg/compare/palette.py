@@ -9,8 +9,11 @@ COLOURS = {
     'adaptive_dls': '#009e73',
     'sdls': '#56b4e9',
 }
+# On a dark ground blue and green are too dark to be seen well.
+COLOURS_ON_DARK = {**COLOURS, 'dls': '#6c8cff', 'adaptive_dls': '#1fc79a', 'pinv': '#e08fc0'}
 TARGET = '#d7261e'
-GOOD, BAD = '#2e9e5b', '#d7261e'
+GOOD, BAD = '#2b8a4b', '#d7261e'
+GOOD_ON_DARK, BAD_ON_DARK = '#51cf7f', '#ff7b72'
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -14,10 +14,13 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_ik_pkg.compare import MethodRun
 from ros_ik_pkg.ik import METHODS, Status
+from ros_ik_pkg.ros.answer import NOTHING, REFUSED
 from ros_ik_pkg.ros.messages import stamp_text
 
 STATUS_OF = {status.label: status for status in Status}
 PLOTTED = ('iteration', 'position_error', 'orientation_error')
+WAITING = ('joint_states', 'no_robot')  # causes of a refusal that pass by themselves
+RESULT, COMPARISON, PATHS = 'result', 'comparison', 'paths'  # what there can be news of
 
 
 @dataclass(frozen=True)
@@ -33,10 +36,9 @@ class Answers:
     """Keeps what belongs to the expected stamp; messages of other targets are dropped.
 
     result: values of ~/result by name, and its sentence as 'message'; empty until it comes.
-    solution: joint positions by name [rad, m] of the last target that was solved.
+    solution: joint positions by name [rad, m] of the newest target that has a result; empty where it has no solution.
     runs, curves, paths: of the last comparison that came whole, by method.
     compared: whether the comparison of the newest target has come.
-    news: counts comparisons, so that who draws them sees when there is something new.
     """
 
     def __init__(self) -> None:
@@ -46,9 +48,19 @@ class Answers:
         self.runs: dict[str, MethodRun] = {}
         self.curves: dict[str, Curve] = {}
         self.paths: dict[str, np.ndarray] = {}
-        self.news = 0
         self.compared = True
         self._coming: dict[str, Curve] = {}
+        self._news: set[str] = set()
+
+    @property
+    def refused(self) -> bool:
+        """Whether the newest target was refused, so that no comparison follows."""
+        return self.result.get('outcome') == REFUSED
+
+    @property
+    def passing(self) -> bool:
+        """Whether it was refused for a reason that passes."""
+        return self.refused and self.result['status'] in WAITING
 
     def expect(self, stamp: str) -> None:
         """Begin with a new target."""
@@ -58,17 +70,38 @@ class Answers:
     def forget(self) -> None:
         """Drop everything, as for another arm."""
         self.expect('')
-        self.solution, self.runs, self.curves, self.paths, self.compared = {}, {}, {}, {}, True
+        self.solution, self.compared = {}, True
+        self.forget_runs()
+
+    def forget_runs(self) -> None:
+        """Drop the comparison, as where no method is compared any more."""
+        self.runs, self.curves, self.paths = {}, {}, {}
+        self._news |= {COMPARISON, PATHS}
+
+    def take_news(self) -> set[str]:
+        """Return what has come since the last call."""
+        news, self._news = self._news, set()
+        return news
+
+    def renew(self) -> None:
+        """Have everything drawn again."""
+        self._news = {RESULT, COMPARISON, PATHS}
 
     def take_solution(self, message: JointState) -> None:
         """Keep the joints of the newest target."""
         if stamp_text(message.header.stamp) == self.stamp:
             self.solution = dict(zip(message.name, message.position))
+            self._news.add(RESULT)
 
     def take_result(self, message: DiagnosticArray) -> None:
-        """Keep the result of the newest target."""
+        """Keep the result of the newest target; one without a solution takes the solution before away."""
         if stamp_text(message.header.stamp) == self.stamp:
             self.result = {**values_of(message.status[0]), 'message': message.status[0].message}
+            if self.result.get('published', NOTHING) == NOTHING:
+                self.solution = {}
+            if self.refused:
+                self.forget_runs()
+            self._news.add(RESULT)
 
     def take_trace(self, message: Float64MultiArray) -> None:
         """Keep the curves of a method that is compared."""
@@ -86,14 +119,14 @@ class Answers:
             self.runs = {run.method: run for run in runs}
             self.compared = True
             self.curves = {method: curve for method, curve in self._coming.items() if method in self.runs}
-            self.news += 1
+            self._news.add(COMPARISON)
 
     def take_paths(self, message: MarkerArray) -> None:
         """Take the ways of the tip (k, 3) [m], by method."""
         lines = [marker for marker in message.markers if marker.type == Marker.LINE_STRIP and marker.ns in METHODS]
         if lines and stamp_text(lines[0].header.stamp) == self.stamp:
             self.paths = {line.ns: np.array([[p.x, p.y, p.z] for p in line.points]) for line in lines}
-            self.news += 1
+            self._news.add(PATHS)
 
 
 def values_of(status: DiagnosticStatus) -> dict[str, str]:

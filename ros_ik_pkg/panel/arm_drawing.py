@@ -25,8 +25,17 @@ class ArmDrawing:
         self._scene, self._arm = scene, arm
         self._link_colour, self._joint_colour, self._opacity = link_colour, joint_colour, opacity
         self._size = size_of(arm)
-        scene.add_frame(name, show_axes=False)
+        self._root = scene.add_frame(name, show_axes=False)
         self._frames = self._add_joints(name)
+
+    @property
+    def visible(self) -> bool:
+        """Whether the arm is to be seen."""
+        return self._root.visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        self._root.visible = visible
 
     def show(self, q: np.ndarray) -> None:
         """Move to q (n,) [rad, m]."""

@@ -1,85 +1,62 @@
-"""The two plots of the page: errors against the iteration, as Plotly figures."""
+"""The two plots of the page: errors against the iteration, drawn as SVG.
+
+The drawing is stretched to the place that the page has, with lines that keep their width; text stands beside it as
+HTML, so that it is not stretched. So the page needs no library, and a new target a few kilobytes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
-import plotly.graph_objects as go
 
-from ros_ik_pkg.compare.iteration_axis import place, ticks
-from ros_ik_pkg.compare.palette import COLOURS
+from ros_ik_pkg.compare.iteration_axis import place, thinned, ticks
 from ros_ik_pkg.panel.answers import Curve
 
-FLOOR, CEILING = -8, 0  # powers of ten
-MAX_POINTS = 250  # of a curve; more cannot be told apart and cost updates
+PLOTS = {'position_error': 'Distance from the target [m]', 'orientation_error': 'Angle from the target [rad]'}
+FLOOR, CEILING = -8.0, 0.5  # powers of ten
+DECADES = range(-8, 1, 2)
 SHORTEST_AXIS = 30  # iterations; so that the axis does not jump while the quick methods vary
+SIDE = 1000  # of the drawing; whole numbers on it are fine enough
 
 
-@dataclass(frozen=True)
-class Theme:
-    """Colours of the page that plots and tables follow."""
-
-    ink: str
-    faint: str
-
-
-LIGHT, DARK = Theme('#343a40', '#e3e6ea'), Theme('#c9cdd2', '#3a3d42')
-
-
-def errors_figure(curves: Mapping[str, Curve], column: str, title: str, theme: Theme) -> go.Figure:
-    """Return one plot; `column` is a field of Curve."""
-    figure = go.Figure([_line(method, curve, column) for method, curve in curves.items()], _layout(title, theme))
+def plots_html(curves: Mapping[str, Curve], old: bool = False) -> str:
+    """Return both plots, faint where they are old."""
     last = max([SHORTEST_AXIS, *(int(curve.iteration[-1]) for curve in curves.values())])
-    marks = ticks(last)
-    figure.update_xaxes(
-        range=[0.0, float(place(last)) * 1.02], tickvals=place(marks).tolist(), ticktext=list(map(str, marks))
+    plots = ''.join(_plot(curves, column, title, last) for column, title in PLOTS.items())
+    return f'<div class="ik{" old" if old else ""}" data-testid="plots">{plots}</div>'
+
+
+def _plot(curves: Mapping[str, Curve], column: str, title: str, last: int) -> str:
+    width = float(place(last)) * 1.02
+    marks = [(mark, float(place(mark)) / width) for mark in ticks(last) if mark <= last]
+    decades = [(decade, _height(10.0**decade)) for decade in DECADES]
+    grid = ''.join(f'M{x * SIDE:.0f} 0V{SIDE}' for _, x in marks)
+    grid += ''.join(f'M0 {y * SIDE:.0f}H{SIDE}' for _, y in decades)
+    lines = ''.join(_line(method, curve, column, width) for method, curve in curves.items())
+    x_labels = ''.join(f'<i class="x" style="left:{100 * x:.1f}%">{mark}</i>' for mark, x in marks)
+    y_labels = ''.join(
+        f'<i class="y" style="top:{100 * y:.1f}%">{f"10<sup>{decade}</sup>" if decade else 1}</i>'
+        for decade, y in decades
     )
-    return figure
-
-
-def _line(method: str, curve: Curve, column: str) -> go.Scatter:
-    chosen = thinned(len(curve.iteration))
-    values = np.maximum(getattr(curve, column)[chosen], 10.0**FLOOR)
-    sizes = np.zeros(len(chosen))
-    sizes[-1] = 9
-    return go.Scatter(
-        x=np.round(place(curve.iteration[chosen]), 4).tolist(),
-        y=[float(f'{value:.3g}') for value in values],
-        customdata=curve.iteration[chosen].astype(int).tolist(),
-        name=method,
-        mode='lines+markers',
-        line={'color': COLOURS[method], 'width': 2.5},
-        marker={'size': sizes.tolist(), 'line': {'width': 0}},
-        hovertemplate=f'{method}: %{{y:.2g}} at %{{customdata}}<extra></extra>',
+    return (
+        f'<div class="plot"><b>{title}</b><div class="area"><svg viewBox="0 0 {SIDE} {SIDE}" '
+        f'preserveAspectRatio="none"><path class="grid" d="{grid}"/>{lines}</svg>{x_labels}{y_labels}</div></div>'
     )
 
 
-def thinned(count: int) -> np.ndarray:
-    """Return which of `count` points to draw: spread over the logarithmic axis, both ends among them.
-
-    They come in pairs of neighbours, so that an error that goes up and down every iteration is seen to do so.
-    """
-    if count <= MAX_POINTS:
-        return np.arange(count)
-    spread = np.geomspace(1, count - 1, MAX_POINTS // 2).round().astype(int)
-    return np.union1d(spread - 1, spread)
+def _height(error: float | np.ndarray) -> float | np.ndarray:
+    """Return where errors stand, from 0 at the top to 1 at the bottom; those beyond stand at the edge."""
+    return np.clip((CEILING - np.log10(np.maximum(error, 1e-300))) / (CEILING - FLOOR), 0.0, 1.0)
 
 
-def _layout(title: str, theme: Theme) -> go.Layout:
-    axis = {
-        'color': theme.ink, 'gridcolor': theme.faint, 'linecolor': theme.faint, 'zeroline': False, 'fixedrange': True,
-    }  # fmt: skip
-    return go.Layout(
-        title={'text': title, 'x': 0.0, 'xref': 'container', 'xanchor': 'left', 'y': 0.97, 'pad': {'l': 14},
-               'font': {'size': 13}},
-        font={'color': theme.ink, 'size': 12, 'family': 'Inter, system-ui, sans-serif'},
-        margin={'l': 52, 'r': 14, 't': 34, 'b': 30},
-        paper_bgcolor='rgba(0,0,0,0)',
-        plot_bgcolor='rgba(0,0,0,0)',
-        showlegend=False,
-        xaxis=axis,
-        yaxis={**axis, 'type': 'log', 'range': [FLOOR, CEILING + 0.5], 'dtick': 2, 'exponentformat': 'power',
-               'tickfont': {'size': 10}},
-    )  # fmt: skip
+def _line(method: str, curve: Curve, column: str, width: float) -> str:
+    """Return a curve, and a dot where it ends."""
+    errors = getattr(curve, column)
+    chosen = thinned(errors)
+    x = (SIDE * place(curve.iteration[chosen]) / width).round().astype(int).tolist()
+    y = (SIDE * _height(errors[chosen])).round().astype(int).tolist()
+    points = 'L'.join(f'{a} {b}' for a, b in zip(x, y))
+    stroke = f'style="stroke:var(--{method})"'
+    told = f'<title>{method}: {errors[-1]:.2g} after {int(curve.iteration[-1])} iterations</title>'
+    return f'<path {stroke} d="M{points}"/><path class="dots" {stroke} d="M{x[-1]} {y[-1]}h0">{told}</path>'

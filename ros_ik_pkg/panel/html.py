@@ -1,4 +1,4 @@
-"""The parts of the page that are text: status line, table, read-out of the tip."""
+"""The parts of the page that are text: status, table, read-out of the tip."""
 
 from __future__ import annotations
 
@@ -8,31 +8,29 @@ from html import escape
 import numpy as np
 
 from ros_ik_pkg.compare import MethodRun, describe
-from ros_ik_pkg.compare.palette import BAD, COLOURS, GOOD
 from ros_ik_pkg.compare.table import cells
 from ros_ik_pkg.ik import Status
 
-STYLE = """<style>
-.ik { font: 14px/1.45 Inter, system-ui, sans-serif; padding: 4px 12px 0 }
-.ik table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums }
-.ik th { font-weight: 500; opacity: .6; text-align: right; padding: 2px 5px; font-size: 12px; white-space: nowrap }
-.ik td { text-align: right; padding: 3px 5px; border-top: 1px solid rgba(128,128,128,.22); white-space: nowrap }
-.ik .runs :is(th, td):is(:first-child, :last-child) { text-align: left }
-.ik .dot { display: inline-block; width: 11px; height: 11px; border-radius: 50%; margin-right: 7px }
-.ik .node { font-weight: 600; font-size: 15px } .ik .active td:first-child { font-weight: 650 }
-.ik .tip :is(th, td) { padding: 2px 3px; font-size: 13px }
-.ik .words { opacity: .8; min-height: 4.2em; margin-top: 4px }
-</style>"""
-HEADINGS = ('method', 'iterations', 'Δp [m]', 'ΔR [rad]', 'time [ms]', 'status')
+HEADINGS = ('method', 'steps', 'Δp [m]', 'ΔR [rad]', 'time [ms]', 'status')
+SHORT = {Status.MAX_ITERATIONS: 'out of steps'}  # where the label is too long for the column
+NOTE = 'One descent each; the search of the node strides longer and restarts.'
+NUMBERS = ('No methods', 'One method', 'Two methods', 'Three methods', 'Four methods', 'Five methods')
+AXES = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 
 
 def status_html(state: str, good: bool, words: str) -> str:
-    """Return the status line: what the node says, and the comparison in words."""
-    dot = f'<span class="dot" style="background:{GOOD if good else BAD}"></span>'
+    """Return the status: what the node says, up to the second colon in bold, and the comparison in words."""
+    *parts, rest = state.split(': ', 2) if state.count(': ') > 1 else (state, '')
+    head = ': '.join(parts) + (':' if rest else '')
     return (
-        f'{STYLE}<div class="ik" data-testid="status"><div class="node">{dot}<span data-testid="node">{escape(state)}'
-        f'</span></div><div class="words" data-testid="words">{escape(words)}</div></div>'
+        f'<div class="ik status" data-testid="status"><div data-testid="node">'
+        f'<span class="dot {_verdict(good)}"></span><span class="node">{escape(head)}</span> '
+        f'{escape(rest)}</div><div class="words" data-testid="words">{escape(words)}</div></div>'
     )
+
+
+def _verdict(good: bool) -> str:
+    return 'good' if good else 'bad'
 
 
 def node_words(result: Mapping[str, str]) -> tuple[str, bool]:
@@ -46,36 +44,56 @@ def node_words(result: Mapping[str, str]) -> tuple[str, bool]:
     return f'solved by {result["method"]} in {result["iterations"]} iterations{attempts}, {milliseconds:.2g} ms', True
 
 
-def comparison_words(runs: Iterable[MethodRun]) -> str:
-    """Say what happened to the methods."""
+def comparison_words(runs: Iterable[MethodRun], compared: bool) -> str:
+    """Say what happened to the methods; nothing while those that are chosen are awaited."""
     done = list(runs)
-    return describe(done) if done else 'Choose methods to compare.'
+    return describe(done) if done else '' if compared else 'Choose methods to compare.'
 
 
-def table_html(runs: Mapping[str, MethodRun], active: str) -> str:
-    """Return the table of the methods; the node's own is set in bold."""
+def title(count: int) -> str:
+    """Return the title of the page where so many methods are compared."""
+    return f'{NUMBERS[count]}, one target'
+
+
+def table_html(runs: Mapping[str, MethodRun], active: str, old: bool = False) -> str:
+    """Return the table of the methods; the node's own is set in bold, and all of it faint where it is old."""
     head = ''.join(f'<th>{heading}</th>' for heading in HEADINGS)
     rows = ''.join(_row(run, run.method == active) for run in runs.values())
-    return f'<div class="ik"><table class="runs" data-testid="comparison"><tr>{head}</tr>{rows}</table></div>'
-
-
-def _row(run: MethodRun, active: bool) -> str:
-    method, *figures, status = cells(run)
-    verdict = GOOD if run.status is Status.CONVERGED else BAD
-    name = f'<span class="dot" style="background:{COLOURS[method]}"></span>{method}'
-    numbers = ''.join(f'<td>{figure}</td>' for figure in figures)
     return (
-        f'<tr data-method="{method}"{" class=active" if active else ""}><td>{name}</td>{numbers}'
-        f'<td style="color:{verdict}">{status}</td></tr>'
+        f'<div class="{_part(old)}"><table class="runs" data-testid="comparison"><tr>{head}</tr>{rows}</table>'
+        f'<div class="note">{NOTE}</div></div>'
     )
 
 
-def tip_html(numbers: np.ndarray) -> str:
-    """Return the read-out of a pose: x y z [m], roll pitch yaw [deg]."""
-    x, y, z = numbers[:3].round(3) + 0.0  # no minus before a zero
-    roll, pitch, yaw = numbers[3:].round(1) + 0.0
-    cells_of = ''.join(f'<td>{value}</td>' for value in (
-        f'{x:.3f}', f'{y:.3f}', f'{z:.3f}', f'{roll:.1f}°', f'{pitch:.1f}°', f'{yaw:.1f}°'
-    ))  # fmt: skip
-    names = ''.join(f'<th>{name}</th>' for name in ('x', 'y', 'z', 'roll', 'pitch', 'yaw'))
-    return f'<div class="ik"><table class="tip" data-testid="tip"><tr>{names}</tr><tr>{cells_of}</tr></table></div>'
+def _part(old: bool) -> str:
+    return 'ik old' if old else 'ik'
+
+
+def row_texts(run: MethodRun) -> tuple[str, ...]:
+    """Return what the table says of a run, in the order of HEADINGS."""
+    *texts, label = cells(run)
+    return *texts, SHORT.get(run.status, label)
+
+
+def _row(run: MethodRun, active: bool) -> str:
+    method, *figures, status = row_texts(run)
+    name = f'<span class="dot" style="background:var(--{method})"></span>{method}'
+    numbers = ''.join(f'<td>{figure}</td>' for figure in figures)
+    return (
+        f'<tr data-method="{method}"{" class=active" if active else ""}><td>{name}</td>{numbers}'
+        f'<td class="{_verdict(run.status is Status.CONVERGED)}">{status}</td></tr>'
+    )
+
+
+def tip_html(numbers: np.ndarray | None, text: str) -> str:
+    """Return the read-out of a pose: x y z [m], roll pitch yaw [deg], dashes where there is none, and what it is."""
+    texts = ['–'] * 6
+    if numbers is not None:
+        texts = [f'{value:.3f}' for value in numbers[:3].round(3) + 0.0]  # no minus before a zero
+        texts += [f'{value:.1f}°' for value in numbers[3:].round(1) + 0.0]
+    cells_of = ''.join(f'<td>{value}</td>' for value in texts)
+    names = ''.join(f'<th>{name}</th>' for name in AXES)
+    return (
+        f'<div class="ik" data-testid="tip"><table class="tip"><tr>{names}</tr><tr>{cells_of}</tr></table>'
+        f'<div class="note">{escape(text)}&nbsp;</div></div>'
+    )

@@ -1,4 +1,4 @@
-"""The panel's end of the topics and parameters of the IK node; nothing here waits."""
+"""The panel's end of the topics and parameters of the IK node; nothing here waits, and what comes in is queued."""
 
 from __future__ import annotations
 
@@ -26,10 +26,13 @@ SILENCE = 3.0  # s without /diagnostics, which come once a second, after which t
 
 
 class NodeLink:
-    """Talks to the IK node called `name`; what comes back for the newest target is in `answers`."""
+    """Talks to the IK node called `name`; what comes back for the newest target is in `answers`.
 
-    def __init__(self, node: Node, name: str = interface.NODE_NAME) -> None:
-        self._node = node
+    later: takes calls; what a message or an answer of a service leads to is done when they are called.
+    """
+
+    def __init__(self, node: Node, name: str, later: Callable[[Callable[[], object]], object]) -> None:
+        self._node, self._later = node, later
         self.name = full_name(name, node)
         self.answers = Answers()
         self._heard = -SILENCE  # when the node last gave a sign of life, by time.monotonic
@@ -43,8 +46,12 @@ class NodeLink:
             (interface.COMPARISON_PATHS, self.answers.take_paths),
             (interface.DIAGNOSTICS, self._on_diagnostics),
         ):
-            node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
+            node.create_subscription(topic.type, topic.of(self.name), self._queued(callback), topic.qos)
         self._parameters = AsyncParameterClient(node, self.name)
+
+    def _queued(self, callback: Callable[[Any], object]) -> Callable[[Any], None]:
+        """Return a callback that has this one called later, where whatever it raises is caught."""
+        return lambda message: self._later(lambda: callback(message))
 
     def _publisher(self, topic: interface.Topic) -> Publisher:
         return self._node.create_publisher(topic.type, topic.of(self.name), topic.qos)
@@ -74,14 +81,12 @@ class NodeLink:
         """Set parameters, all or none; `done` gets the reason of a refusal, or an empty text."""
         request = [_parameter(name, value) for name, value in values.items()]
         future = self._parameters.set_parameters_atomically(request)
-        future.add_done_callback(lambda answer: done(_refusal(answer)))
+        future.add_done_callback(self._queued(lambda answer: done(_refusal(answer))))
 
     def get_parameters(self, names: list[str], done: Callable[[dict[str, Any]], object]) -> None:
         """Ask for parameters; `done` gets them by name."""
         future = self._parameters.get_parameters(names)
-        future.add_done_callback(
-            lambda answer: done(dict(zip(names, map(parameter_value_to_python, answer.result().values))))
-        )
+        future.add_done_callback(self._queued(lambda answer: done(dict(zip(names, _values(answer))))))
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         if any(status.name.startswith(f'{self.name}:') for status in message.status):
@@ -90,8 +95,13 @@ class NodeLink:
 
 def _parameter(name: str, value: Any) -> Parameter:
     """Make a parameter; an empty list would not tell that it is one of texts."""
-    kind = Parameter.Type.STRING_ARRAY if isinstance(value, list) else Parameter.Type.from_parameter_value(value)
-    return Parameter(name, kind, value)
+    if isinstance(value, (list, tuple)):
+        return Parameter(name, Parameter.Type.STRING_ARRAY, list(value))
+    return Parameter(name, Parameter.Type.from_parameter_value(value), value)
+
+
+def _values(answer: Any) -> list[Any]:
+    return [parameter_value_to_python(value) for value in answer.result().values]
 
 
 def _refusal(answer: Any) -> str:

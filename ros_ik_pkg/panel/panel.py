@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import queue
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,18 +11,23 @@ import viser
 from rclpy.node import Node
 
 from ros_ik_pkg.compare.problem import Problem
-from ros_ik_pkg.ik import Arm, IkError, load_arm
-from ros_ik_pkg.panel.controls import ROBOTS, Controls
+from ros_ik_pkg.ik import ArgumentError, Arm, IkError
+from ros_ik_pkg.panel import robots
+from ros_ik_pkg.panel.answers import COMPARISON, PATHS, RESULT
+from ros_ik_pkg.panel.controls import Controls
+from ros_ik_pkg.panel.events import Events
 from ros_ik_pkg.panel.node_link import NodeLink
+from ros_ik_pkg.panel.node_parameters import NodeParameters
+from ros_ik_pkg.panel.parameter_controls import COMPARE
 from ros_ik_pkg.panel.presets import PRESETS, notes
 from ros_ik_pkg.panel.readings import Readings
+from ros_ik_pkg.panel.robots import ROBOT_PARAMETERS, SHIPPED, Robots
 from ros_ik_pkg.panel.scene import Scene
-from ros_ik_pkg.ros.answer import shorten
+from ros_ik_pkg.ros.answer import CLOSEST, shorten
 from ros_ik_pkg.ros.robot_source import urdf_text
 
 PATIENCE = 1.0  # s for an answer; then the target is sent again
 SERVICE_PATIENCE = 3.0  # s for an answer of a parameter service
-ROBOT_PARAMETERS = ('robot', 'robot_description', 'base_frame', 'tip_frame')
 
 
 class Panel:
@@ -32,32 +35,41 @@ class Panel:
 
     def __init__(self, server: viser.ViserServer, node: Node, ik_node: str) -> None:
         self._server = server
-        self._events: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
-        self._link = NodeLink(node, ik_node)
+        self._events = Events(node.get_logger(), self._failed)
+        self._link = NodeLink(node, ik_node, self._events.put)
+        self._robots = Robots()
+        self._parameters = NodeParameters()
         self._readings = Readings(server.gui)
-        self._controls = Controls(server.gui, self, self._events)
+        self._controls = Controls(server.gui, self, self._events.put, self._robots.names)
         self._scene = Scene(server, lambda pose: self._events.put(lambda: self.set_target(pose, dragged=True)))
-        self._robot: dict[str, Any] = {'robot': ROBOTS[0], 'robot_description': '', 'base_frame': '', 'tip_frame': ''}
-        self._known = False  # whether the node's parameters were ever read
-        self._ready = False  # whether the node has the parameters of the page
+        self._ready = False  # whether the node has the robot of the page
         self._alive = False
         self._ask_again = math.inf  # when to repeat a question about parameters
+        self._questions = 0
         self._dirty = self._seed_changed = self._target_changed = False
         self._sent = 0.0  # when the last target went out
-        self._news = 0
-        self._use(load_arm(ROBOTS[0]))
+        self._robot = robots.parameters_of(SHIPPED[0])
+        self._name = SHIPPED[0]  # of the robot, on the page
+        self._use(robots.load(self._robot))
         self._say_gone()
 
     def tick(self) -> None:
         """Do what has come up since the last tick."""
-        while not self._events.empty():
-            self._events.get()()
         with self._server.atomic():
-            self._watch_node()
-            if self._ready:
-                self._ask()
-            self._show()
-            self._scene.tick()
+            self._events.run()
+            for step in (self._watch_node, self._ask, self._show, self._readings.tick, self._scene.tick):
+                self._events.guard(step)
+
+    def _failed(self, text: str) -> None:
+        """Say what went wrong, and show again what counts instead of what was asked for."""
+        self._readings.show_notice(text)
+        self._controls.show_robots(self._robots.names, self._name)
+        self._controls.parameters.show(self._parameters.shown)
+        self._controls.show_seed(self._problem.seed)
+        self._controls.show_target(self._problem.target)
+        self._scene.show_target(self._problem.target)
+
+    # The node: is it there, what is it set to?
 
     def _watch_node(self) -> None:
         """Notice the node's coming and going; whenever it comes, bring page and node in step."""
@@ -65,81 +77,133 @@ class Panel:
         unheard = alive and time.monotonic() > self._ask_again  # the first answers may get lost in discovery
         if alive == self._alive and not unheard:
             return
-        self._alive, self._ready = alive, False
-        self._ask_again = time.monotonic() + SERVICE_PATIENCE
-        if not alive:
-            self._say_gone()
-        elif self._known:
-            self._send_parameters({**self._robot, **self._controls.parameters()})
+        self._alive, self._ready, self._ask_again = alive, False, math.inf
+        if alive:
+            self._read_parameters()
         else:
-            names = [*ROBOT_PARAMETERS, *self._controls.parameters()]
-            self._link.get_parameters(names, self._take_over)
+            self._say_gone()
 
     def _say_gone(self) -> None:
         self._readings.show_problem(f'no IK node {self._link.name}; waiting for it …')
+        self._readings.show_comparison(self._link.answers, '', old=True)
+
+    def _read_parameters(self) -> None:
+        self._ask_again = time.monotonic() + SERVICE_PATIENCE
+        names = [*ROBOT_PARAMETERS, *self._controls.parameters.names]
+        self._link.get_parameters(names, self._take_over)
 
     def _take_over(self, values: dict[str, Any]) -> None:
-        """Show what the node is set to, and ask it to compare."""
-        self._known, self._ask_again = True, math.inf
-        self._controls.show_parameters(values)
-        compare = {'compare': self._controls.compared()}
-        source = values['robot_description'] or values['robot']
-        if not source:  # it follows a topic that the panel does not hear
-            self._send_parameters({**self._robot, **compare})
+        """Show what the node is set to; hand it what was changed on the page, and ask it to compare."""
+        self._ask_again = math.inf
+        self._parameters.node = dict(values)
+        if not values[COMPARE]:
+            self._parameters.changed.setdefault(COMPARE, self._controls.parameters.compared)
+        self._controls.parameters.show(self._parameters.shown)
+        robot = {name: self._parameters.shown[name] for name in ROBOT_PARAMETERS}
+        if robot != self._robot and not self._take_robot(robot):
             return
-        self._robot = {name: values[name] for name in ROBOT_PARAMETERS}
-        self._use(load_arm(source, values['base_frame'] or None, values['tip_frame'] or None))
-        self._send_parameters(compare)
+        self._link.answers.renew()
+        self._send_parameters(self._parameters.changed)
+
+    def _take_robot(self, robot: dict[str, str]) -> bool:
+        """Show the node's robot; say what is to be done where it cannot be read here, as on another machine."""
+        try:
+            arm = robots.load(robot)
+        except IkError as error:
+            name = robot['robot'] or 'robot_description'
+            self._name = self._robots.add(robot, shorten(name, 40))
+            self._controls.show_robots(self._robots.names, self._name)
+            self._readings.show_problem(f'cannot show the robot of the node: {error}. Choose another one here.')
+            return False
+        shipped = robot == robots.parameters_of(robot['robot']) and robot['robot'] in SHIPPED
+        self._robot, self._name = robot, self._robots.add(robot, robot['robot'] if shipped else arm.name)
+        self._use(arm)
+        return True
 
     def _send_parameters(self, values: dict[str, Any]) -> None:
+        """Send these parameters; the page is in step with the node once the newest of them are answered."""
+        values = dict(values)
+        self._questions += 1
+        question = self._questions
+
         def done(refusal: str) -> None:
-            self._ready = self._dirty = not refusal
-            self._ask_again = math.inf
+            if question == self._questions:
+                self._ask_again = math.inf
             if refusal:
-                self._readings.show_problem(f'the node refused: {refusal}')
+                self._refused(values, refusal)
+                return
+            self._parameters.take(values)
+            if question == self._questions:
+                self._ready = self._dirty = True
 
         self._ask_again = time.monotonic() + SERVICE_PATIENCE
         self._link.set_parameters(values, done)
 
+    def _refused(self, values: dict[str, Any], refusal: str) -> None:
+        """Go back to what the node has."""
+        self._parameters.take_back(values)
+        self._failed(f'the node refused: {refusal}')
+        if not self._ready:
+            self._read_parameters()
+
+    # Targets and answers.
+
     def _ask(self) -> None:
         """Publish the seed, as a robot does, and then the target, one at a time."""
+        if not self._ready:
+            return
         answers = self._link.answers
         waited = time.monotonic() - self._sent
-        refused = answers.result.get('outcome') == 'refused'
-        if waited > PATIENCE and (refused or not answers.result):
+        if waited > PATIENCE and (answers.passing or not answers.result):
             self._dirty = True  # the seed may have come too late, or the first messages before discovery
         self._link.publish_joints(self._arm, self._problem.seed)
+        done = answers.result and (answers.compared or answers.refused or not self._controls.parameters.compared)
         if self._seed_changed:  # let it arrive before the target
             self._seed_changed = False
-        elif self._dirty and (answers.compared or not self._controls.compared() or waited > PATIENCE or refused):
+        elif self._dirty and (done or waited > PATIENCE):
             self._dirty, self._sent = False, time.monotonic()
             self._link.send_target(self._arm, self._problem.target)
 
     def _show(self) -> None:
         """Draw what is new."""
-        answers = self._link.answers
         if self._target_changed:
             self._target_changed = False
             self._controls.show_target(self._problem.target)
-        if answers.news == self._news:
+        if not self._ready:
             return
-        self._news = answers.news
-        if self._ready and answers.result:
-            self._readings.show_answers(answers, self._controls.method)
+        answers, compared = self._link.answers, self._controls.parameters.compared
+        news = answers.take_news()
+        if news & {RESULT, COMPARISON}:
+            self._readings.show_count(len(compared))
+            self._readings.show_status(answers, compared)
+        if COMPARISON in news:
+            self._readings.show_comparison(answers, self._parameters.shown['method'])
+        if PATHS in news:
             self._scene.show_paths(answers.paths)
+        if RESULT in news and answers.result:
+            self._show_solution()
+
+    def _show_solution(self) -> None:
+        """Draw the arm at the solution, or at the closest approach where the node publishes that, or not at all."""
+        answers = self._link.answers
         if set(self._arm.joint_names) <= set(answers.solution):
             q = np.array([answers.solution[name] for name in self._arm.joint_names])
+            closest = answers.result.get('published') == CLOSEST
             self._scene.go_to(q)
-            self._controls.show_tip(self._arm.forward(q))
+            self._controls.show_tip(self._arm.forward(q), 'closest approach, no solution' if closest else '')
+        else:
+            self._scene.go_to(None)
+            self._controls.show_tip(None, 'no solution for this target')
 
     def _use(self, arm: Arm) -> None:
         """Begin with another arm."""
         self._arm = arm
         self._link.answers.forget()
+        self._controls.show_robots(self._robots.names, self._name)
         self._controls.show_arm(arm)
         self._problem = notes(arm)
         self._scene.show_arm(arm, self._robot['robot'], self._problem.seed, self._problem.target)
-        self._controls.show_tip(arm.forward(self._problem.seed))
+        self._controls.show_tip(arm.forward(self._problem.seed), 'the seed')
         self._pose(self._problem)
 
     def _pose(self, problem: Problem) -> None:
@@ -150,55 +214,64 @@ class Panel:
         self._scene.show_target(problem.target)
         self._dirty = self._seed_changed = self._target_changed = True
 
-    # What the user can do: see controls.Actions.
+    # What the user can do: see controls.Actions. A page may send any value; what raises changes nothing.
 
     def choose_robot(self, name: str) -> None:
-        """Switch to a robot of config/robots; a page may send any text, a path too."""
-        if name in ROBOTS:
-            self._switch(name, {'robot': name, 'robot_description': ''})
-        else:
-            self._readings.show_problem(f'no robot {shorten(name, 60)!r}; expected one of {", ".join(ROBOTS)}')
+        """Switch to a robot that the page offers."""
+        self._switch(self._robots.parameters(name), name)
 
-    def upload_urdf(self, text: str) -> None:
+    def upload_urdf(self, text: str, file_name: str) -> None:
         """Switch to the robot of a URDF; anything else is refused, so that no text opens files."""
-        self._switch(text, {'robot': '', 'robot_description': text})
-
-    def _switch(self, source: str, parameters: dict[str, str]) -> None:
+        origin = f'the file {shorten(file_name, 60)!r}'
         try:
-            arm = load_arm(source if parameters['robot'] else urdf_text(source, 'the file'))
+            parameters = robots.parameters_of(robot_description=urdf_text(text, origin))
+            name = robots.load(parameters).name
         except IkError as error:
-            self._readings.show_problem(str(error))
-            return
-        self._robot = {**parameters, 'base_frame': '', 'tip_frame': ''}
+            raise ArgumentError(f'{error}' if origin in str(error) else f'{origin}: {error}') from error
+        self._switch(parameters, self._robots.add(parameters, name))
+
+    def _switch(self, parameters: dict[str, str], name: str) -> None:
+        arm = robots.load(parameters)
+        self._robot, self._name = parameters, name
         self._use(arm)
         self._ready = False
-        self._send_parameters(self._robot)
+        self._parameters.changed |= parameters
+        if self._alive:
+            self._send_parameters(parameters)
 
     def choose_preset(self, name: str) -> None:
         """Take seed and target of a preset."""
+        if name not in PRESETS:
+            raise ArgumentError(f'no preset {shorten(name, 60)!r}; expected one of {", ".join(PRESETS)}')
         self._pose(PRESETS[name](self._arm))
 
     def set_target(self, target: np.ndarray, dragged: bool = False) -> None:
         """Take a target (4, 4) from the fields or from the gizmo, which is where it is already."""
+        if not np.isfinite(target).all():
+            raise ArgumentError('the target is not finite')
         self._problem = Problem(self._arm, self._problem.seed, target)
         if not dragged:
             self._scene.show_target(target)
         self._dirty, self._target_changed = True, dragged
 
-    def set_seed(self, seed: np.ndarray) -> None:
-        """Take a seed (n,) [rad, m] from the sliders."""
+    def set_joint(self, joint: int, position: float) -> None:
+        """Take the position [rad, m] of one joint of the seed."""
+        seed = self._problem.seed.copy()
+        seed[joint] = position
         self._problem = Problem(self._arm, seed, self._problem.target)
         self._scene.show_seed(seed)
         self._dirty = self._seed_changed = True
 
-    def set_parameters(self, values: dict[str, Any]) -> None:
-        """Hand the parameters of the page to the node."""
+    def set_parameter(self, name: str, value: Any) -> None:
+        """Hand a parameter that was changed on the page to the node, and it alone."""
+        self._parameters.changed[name] = value
+        if name == COMPARE and not value:
+            self._link.answers.forget_runs()
         if self._alive:
-            self._send_parameters(values)
+            self._send_parameters({name: value})
 
     def choose_theme(self, dark: bool) -> None:
         """Turn the page light or dark."""
-        self._server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
-        self._readings.choose_theme(dark)
-        self._scene.choose_theme(dark)
-        self._link.answers.news += 1
+        self._server.gui.configure_theme(dark_mode=bool(dark), show_logo=False, show_share_button=False)
+        self._scene.choose_theme(bool(dark))
+        self._link.answers.renew()

@@ -1,50 +1,72 @@
-"""What the page shows about the answers: status line, table, plots."""
+"""What the page shows about the answers: status, table, plots."""
 
 from __future__ import annotations
+
+import time
+from collections.abc import Iterable
 
 import viser
 
 from ros_ik_pkg.panel.answers import Answers
-from ros_ik_pkg.panel.chart import DARK, LIGHT, errors_figure
-from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html
+from ros_ik_pkg.panel.chart import plots_html
+from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html, title
+from ros_ik_pkg.panel.style import STYLE
 
-WIDTH = 520  # pixels
-ASPECT = 0.58
-PLOTS = {'position_error': 'Distance from the target [m]', 'orientation_error': 'Angle from the target [rad]'}
+WIDTH = 450  # pixels
+NOTICE_TIME = 6.0  # s for which a notice stands in place of what the node says
 
 
 class Readings:
     """The panel on the right."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        gui.set_panel_label('Five methods, one target')
+        self._gui = gui
         gui.main_panel.dock_right()
         gui.main_panel.set_width(WIDTH)
-        self._theme = LIGHT
-        self._status = gui.add_html(status_html('looking for the node …', False, ''))
+        self._count = -1
+        self._notice, self._until = '', 0.0
+        self._said = ('looking for the node …', False, '')
+        gui.add_html(STYLE)
+        self._status = gui.add_html('')
         self._table = gui.add_html(table_html({}, ''))
-        self._plots = {
-            column: gui.add_plotly(errors_figure({}, column, title, self._theme), config={'displayModeBar': False},
-                                   aspect=ASPECT)
-            for column, title in PLOTS.items()
-        }  # fmt: skip
+        self._plots = gui.add_html(plots_html({}))
+        self._write()
+        self.show_count(0)
 
-    def choose_theme(self, dark: bool) -> None:
-        """Take the colours for a light or a dark page, from the next drawing on."""
-        self._theme = DARK if dark else LIGHT
+    def show_count(self, count: int) -> None:
+        """Have the title say how many methods are compared."""
+        if count != self._count:
+            self._count = count
+            self._gui.set_panel_label(title(count))
 
-    def show_answers(self, answers: Answers, method: str) -> None:
-        """Show everything about the newest target; `method` is the node's own."""
-        self.show_result(answers)
-        self._table.content = table_html(answers.runs, method)
-        for column, title in PLOTS.items():
-            self._plots[column].figure = errors_figure(answers.curves, column, title, self._theme)
+    def show_status(self, answers: Answers, compared: Iterable[str]) -> None:
+        """Show what the node says, and the comparison of the methods that are `compared` in words."""
+        words = comparison_words(answers.runs.values(), any(compared))
+        said = node_words(answers.result) if answers.result else self._said[:2]  # that of the target before
+        self._said = (*said, words)
+        self._write()
 
-    def show_result(self, answers: Answers) -> None:
-        """Show the status line."""
-        state, good = node_words(answers.result)
-        self._status.content = status_html(state, good, comparison_words(answers.runs.values()))
+    def show_comparison(self, answers: Answers, method: str, old: bool = False) -> None:
+        """Show table and plots; `method` is the node's own. What is `old` is shown faint."""
+        self._table.content = table_html(answers.runs, method, old)
+        self._plots.content = plots_html(answers.curves, old)
 
     def show_problem(self, text: str) -> None:
-        """Say what is wrong, instead of an answer."""
-        self._status.content = status_html(text, False, '')
+        """Say what is wrong with the node, instead of an answer."""
+        self._said = (text, False, '')
+        self._write()
+
+    def show_notice(self, text: str) -> None:
+        """Say for a while what came of something that the user did."""
+        self._notice, self._until = text, time.monotonic() + NOTICE_TIME
+        self._write()
+
+    def tick(self) -> None:
+        """Take a notice away that has been there long enough."""
+        if self._notice and time.monotonic() > self._until:
+            self._notice = ''
+            self._write()
+
+    def _write(self) -> None:
+        state, good, words = self._said
+        self._status.content = status_html(self._notice or state, good and not self._notice, words)

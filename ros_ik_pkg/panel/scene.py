@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 import viser
 
-from ros_ik_pkg.compare.palette import COLOURS, TARGET, rgb
+from ros_ik_pkg.compare.palette import COLOURS, COLOURS_ON_DARK, TARGET, rgb
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.arm_drawing import ArmDrawing, floor_of, size_of, wxyz_of
+from ros_ik_pkg.panel.camera import Camera
 from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
 
 LINK, JOINT = (205, 211, 219), (84, 96, 112)
@@ -30,7 +31,8 @@ class Scene:
     def __init__(self, server: viser.ViserServer, moved: Callable[[np.ndarray], object]) -> None:
         self._server, self._scene, self._moved = server, server.scene, moved
         self._scene.configure_default_lights(cast_shadow=True)
-        self._paths: dict[str, viser.SceneNodeHandle] = {}
+        self._camera = Camera(server)
+        self._paths: dict[str, viser.LineSegmentsHandle] = {}
         self._shown = self._goal = np.empty(0)
         self._dark = False
 
@@ -50,19 +52,23 @@ class Scene:
         self._place_arm()
         self.show_seed(seed)
         self.show_target(target)
-        self._aim_camera(size, floor_of(arm))
+        self._camera.begin(size, floor_of(arm))
+        self._camera.follow(target[:3, 3])
 
     def show_seed(self, seed: np.ndarray) -> None:
         """Move the ghost to the seed (n,)."""
         self._ghost.show(seed)
 
     def show_target(self, target: np.ndarray) -> None:
-        """Move the target to a pose (4, 4)."""
+        """Move the target to a pose (4, 4), and the camera where it would be out of view."""
         self._gizmo.wxyz, self._gizmo.position = wxyz_of(target), target[:3, 3]
+        self._camera.follow(target[:3, 3])
 
-    def go_to(self, q: np.ndarray) -> None:
-        """Let the arm move to q (n,), tick by tick."""
-        self._goal = q
+    def go_to(self, q: np.ndarray | None) -> None:
+        """Let the arm move to q (n,), tick by tick; without a q there is no arm to be seen, only the seed."""
+        self._body.visible = self._tip.visible = q is not None
+        if q is not None:
+            self._goal = q
 
     def tick(self) -> None:
         """Move the arm on."""
@@ -81,7 +87,7 @@ class Scene:
         line = self._paths.get(method)
         if line is None and len(segments):
             self._paths[method] = self._scene.add_line_segments(
-                f'/paths/{method}', segments, rgb(COLOURS[method]), thickness=PATH_WIDTH, thickness_units='screen'
+                f'/paths/{method}', segments, self._colour(method), thickness=PATH_WIDTH, thickness_units='screen'
             )
         elif line is not None:
             line.visible = len(segments) > 0
@@ -89,21 +95,20 @@ class Scene:
                 line.points = segments
 
     def choose_theme(self, dark: bool) -> None:
-        """Take a floor for a light or a dark page."""
+        """Take a floor for a light or a dark page; the ways of the tip are gone until they are shown again."""
         self._dark = dark
         self._floor.cell_color, self._floor.section_color = DARK_FLOOR if dark else LIGHT_FLOOR
+        for line in self._paths.values():
+            line.remove()
+        self._paths = {}
+
+    def _colour(self, method: str) -> tuple[int, int, int]:
+        return rgb((COLOURS_ON_DARK if self._dark else COLOURS)[method])
 
     def _place_arm(self) -> None:
         self._body.show(self._shown)
         tip = self._arm.forward(self._shown)
         self._tip.wxyz, self._tip.position = wxyz_of(tip), tip[:3, 3]
-
-    def _aim_camera(self, size: float, floor: float) -> None:
-        """Look at the middle of what the arm can reach, from the front right."""
-        camera, middle = self._server.initial_camera, np.array([0.28 * size, 0.0, 0.2 * size + 0.3 * floor])
-        camera.look_at = middle
-        camera.position = middle + size * np.array([1.9, -1.7, 0.8])
-        camera.fov = np.radians(40.0)
 
     def _add_floor(self, arm: Arm, size: float) -> None:
         height = floor_of(arm)

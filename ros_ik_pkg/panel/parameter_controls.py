@@ -1,0 +1,95 @@
+"""The controls for the node's parameters, and the node's values in them as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import viser
+
+from ros_ik_pkg.ik import METHODS
+from ros_ik_pkg.ros.parameters import PARAMETERS
+
+TOLERANCES = tuple(f'1e-{k:02d}' for k in range(2, 9))
+COMPARE = 'compare'
+
+
+class ParameterControls:
+    """The tab of the parameters; `changed` is called with name and checked value of what the user changed, alone."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        on: Callable[[Any, Callable[[Any], object]], None],
+        changed: Callable[[str, Any], object],
+    ) -> None:
+        self._gui, self._on, self._changed = gui, on, changed
+        self._handles: dict[str, Any] = {}
+        self._add('method', gui.add_dropdown('Node solves by', METHODS, initial_value='adaptive_dls'))
+        with gui.add_folder('Compared methods'):
+            self._compared = {name: gui.add_checkbox(name, True) for name in METHODS}
+        for box in self._compared.values():
+            on(box, lambda _: self._change(COMPARE, self.compared))
+        with gui.add_folder('All methods'):
+            self._add_tolerance('position_tolerance', 'Distance [m]', 'how near the tip must come')
+            self._add_tolerance('orientation_tolerance', 'Angle [rad]', 'how well the tip must be turned')
+            self._add('max_iterations', gui.add_number('Iterations', 2000, min=0, max=100000, step=1))
+            self._add('step_size', gui.add_slider('Step size', 0.05, 1.5, 0.05, 1.0))
+        with gui.add_folder('Damping'):
+            self._add('dls.damping', gui.add_slider('dls', 0.0, 0.5, 0.005, 0.01, hint='lambda'))
+            self._add(
+                'adaptive_dls.damping',
+                gui.add_number('adaptive, least', 0.001, min=0.0, max=100.0, step=0.001, hint='lambda_0'),
+            )
+            gain = gui.add_slider('adaptive, gain', 0.0, 1.0, 0.01, 0.2, hint='lambda = gain * error')
+            self._add('adaptive_dls.gain', gain)
+
+    def _add_tolerance(self, name: str, label: str, hint: str) -> None:
+        self._add(name, self._gui.add_dropdown(label, TOLERANCES, initial_value=TOLERANCES[-3], hint=hint), float)
+
+    def _add(self, name: str, handle: Any, read: Callable[[Any], Any] = lambda value: value) -> None:
+        self._handles[name] = handle
+        self._on(handle, lambda value: self._change(name, read(value)))
+
+    def _change(self, name: str, value: Any) -> None:
+        """Hand a value on that the node could take; raises OptionError, or ValueError for what is no number."""
+        self._changed(name, PARAMETERS[name].check(value))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters that have a control."""
+        return (*self._handles, COMPARE)
+
+    @property
+    def compared(self) -> list[str]:
+        """Return the methods that are switched on."""
+        return [name for name, box in self._compared.items() if box.value]
+
+    def show(self, values: Mapping[str, Any]) -> None:
+        """Show values by name, as they are."""
+        for name, value in values.items():
+            if name == COMPARE:
+                chosen = METHODS if 'all' in value else value
+                for method, box in self._compared.items():
+                    box.value = method in chosen
+            elif name.endswith('_tolerance'):
+                self._show_tolerance(self._handles[name], value)
+            elif name in self._handles:
+                _widen(self._handles[name], value)
+                self._handles[name].value = value
+
+    @staticmethod
+    def _show_tolerance(handle: viser.GuiDropdownHandle[str], value: float) -> None:
+        """Choose the value from the list; one that is not there is put there."""
+        text = next((text for text in TOLERANCES if float(text) == value), f'{value!r}')
+        handle.options = tuple(sorted({*TOLERANCES, text}, key=float, reverse=True))
+        handle.value = text
+
+
+def _widen(handle: Any, value: Any) -> None:
+    """Widen the range of a slider so that a value of the node is on it, with all its digits."""
+    if isinstance(handle, viser.GuiSliderHandle):
+        handle.min, handle.max = min(handle.min, value), max(handle.max, value)
+    if isinstance(value, float):
+        digits = len(f'{value:.7f}'.rstrip('0').partition('.')[2])
+        handle.precision = max(handle.precision, digits)

@@ -1,0 +1,48 @@
+"""How the text of the page looks, light and dark: one sheet, an element of the page that never changes."""
+
+from __future__ import annotations
+
+from ros_ik_pkg.compare.palette import BAD, BAD_ON_DARK, COLOURS, COLOURS_ON_DARK, GOOD, GOOD_ON_DARK
+
+DARK = '[data-mantine-color-scheme=dark]'
+ABOVE_PLOTS = 420  # pixels: all that stands above the two plots, and their margins
+SHORTEST_PLOT = 120  # pixels
+
+
+def _colours(colours: dict[str, str], good: str, bad: str) -> str:
+    named = ''.join(f'--{method}: {colour}; ' for method, colour in colours.items())
+    return f'{named}--good: {good}; --bad: {bad}'
+
+
+STYLE = f"""<style>
+.ik {{ {_colours(COLOURS, GOOD, BAD)}; font: 13px/1.4 Inter, system-ui, sans-serif; padding: 0 12px }}
+{DARK} .ik {{ {_colours(COLOURS_ON_DARK, GOOD_ON_DARK, BAD_ON_DARK)} }}
+.ik table {{ border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums }}
+.ik th {{ font-weight: 500; opacity: .65; text-align: right; padding: 2px 4px; font-size: 12px; white-space: nowrap }}
+.ik td {{ text-align: right; padding: 2px 4px; border-top: 1px solid rgba(128,128,128,.22); white-space: nowrap }}
+.ik .runs :is(th, td):is(:first-child, :last-child) {{ text-align: left }}
+.ik .runs :is(th, td):first-child {{ padding-left: 0 }}
+.ik .runs :is(th, td):last-child {{ padding-left: 10px; padding-right: 0 }}
+.ik .dot {{ display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 7px }}
+.ik .good {{ color: var(--good) }} .ik .bad {{ color: var(--bad) }} .ik .active td:first-child {{ font-weight: 650 }}
+.ik .dot.good {{ background: var(--good) }} .ik .dot.bad {{ background: var(--bad) }}
+.ik.status {{ height: 180px; overflow-y: auto; padding-top: 8px }}
+.ik .node {{ font-weight: 600; font-size: 14px }} .ik .words {{ opacity: .85; margin-top: 5px }}
+.ik .note {{ opacity: .65; font-size: 12px; padding-top: 3px; white-space: nowrap }}
+.ik.old {{ opacity: .35 }}
+.ik .tip {{ table-layout: fixed }} .ik .tip :is(th, td) {{ padding: 2px 1px; font-size: 12.5px }}
+.ik .plot {{ position: relative; height: calc((100vh - {ABOVE_PLOTS}px) / 2); min-height: {SHORTEST_PLOT}px;
+  margin-top: 8px; font-size: 11px; font-variant-numeric: tabular-nums }}
+.ik .plot b {{ position: absolute; left: 0; top: 0; font-size: 12px; font-weight: 600 }}
+.ik .area {{ position: absolute; left: 34px; right: 10px; top: 24px; bottom: 18px }}
+.ik .area svg {{ position: absolute; width: 100%; height: 100%; overflow: visible }}
+.ik .area path {{ fill: none; stroke-width: 2.2; stroke-linejoin: round; vector-effect: non-scaling-stroke }}
+.ik .area .grid {{ stroke: rgba(128,128,128,.28); stroke-width: 1 }}
+.ik .area .dots {{ stroke-width: 8; stroke-linecap: round }}
+.ik .area i {{ position: absolute; font-style: normal; opacity: .75; line-height: 1 }}
+.ik .area .x {{ top: calc(100% + 6px); transform: translateX(-50%) }}
+.ik .area .y {{ right: calc(100% + 6px); transform: translateY(-50%) }}
+.ik sup {{ font-size: 8px; line-height: 0 }}
+.tabler-icon-cloud-check, div:has(+ div + .tabler-icon-cloud-check), div:has(+ .tabler-icon-cloud-check),
+button:has(.tabler-icon-adjustments) {{ display: none !important }}
+</style>"""
