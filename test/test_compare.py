@@ -118,14 +118,17 @@ def test_joints_at_limits_are_named_and_a_regular_jacobian_is_not_blamed():
     assert words() == 'pinv diverged at iteration 7, 300 mm from the target'
 
 
-def test_where_the_limits_stop_pinv_its_run_names_the_joints():
-    problem = make_problem(load_arm('iiwa14'), None, None)
-    (run,) = compare_methods(problem.arm, problem.target, problem.seed, ('pinv',), OPTIONS)
-    assert run.status is Status.DIVERGED and run.sigma_min > 0.1
-    last, arm = run.trace.joint_positions[-1], problem.arm
-    at_limits = [name for name, q, low, high in zip(arm.joint_names, last, arm.lower, arm.upper) if q in (low, high)]
-    assert list(run.joints_at_limits) == at_limits and len(at_limits) == run.trace.column('joints_at_limits')[-1]
-    assert 'singular' not in describe_run(run) and 'at their limits' in describe_run(run)
+@pytest.mark.parametrize('robot', ['puma560', 'panda'])
+def test_the_joints_that_are_named_sit_at_limits_in_the_last_configuration(robot):
+    problem = make_problem(load_arm(robot), None, None)
+    arm, far = problem.arm, np.diag([-1.0, -1.0, 1.0, 1.0]) @ problem.target
+    far[:3, 3] *= 3.0
+    runs = compare_methods(arm, far, problem.seed, METHODS, OPTIONS)
+    for run in runs:
+        last = run.trace.joint_positions[-1]
+        ends = zip(arm.joint_names, last, arm.lower, arm.upper)
+        assert list(run.joints_at_limits) == [name for name, q, low, high in ends if q in (low, high)], run.method
+    assert any(run.joints_at_limits for run in runs)
 
 
 def test_failures_come_first_and_the_quickest_of_the_others_next():

@@ -164,6 +164,38 @@ def tip_x(listener) -> float:
     return float(load_arm('puma560').forward(listener.solutions[newest][-1].position)[0, 3])
 
 
+WATCH = """() => {
+    const element = document.querySelector('[data-testid=comparison]').closest('.ik').parentElement;
+    const rows = () => [...element.querySelectorAll('tr[data-method]')]
+        .map(row => [...row.cells].map(cell => cell.innerText));
+    window.shown = [];
+    window.watch = new MutationObserver(() => window.shown.push(rows()));
+    window.watch.observe(element, {childList: true, subtree: true, characterData: true});
+}"""
+
+
+def test_while_a_target_is_moved_the_table_follows_the_node_to_the_last_target(page, listener, capsys):
+    press(page, 'Lecture notes')
+    wait_for_text(page, 'node', 'solved')
+    field = page.get_by_label('x y z [m]').first
+    field.click()
+    page.evaluate(WATCH)
+    listener.comparisons.clear()
+    began, moves = time.monotonic(), 40
+    for _ in range(moves):
+        field.press('ArrowUp')
+        listener.wait_for(lambda: True, 'nothing')
+    seconds = time.monotonic() - began
+    moved = page.evaluate('window.shown.length')
+    wait_for_text(page, 'tip', f'{0.4 + 0.001 * moves:.3f}')
+    listener.wait_for(lambda: listener.comparisons and rows(page) == told_by(listener.comparisons[-1]), 'equal tables')
+    published = [told_by(comparison) for comparison in listener.comparisons]
+    shown = [{row[0]: row[1:] for row in table} for table in page.evaluate('window.shown')]
+    assert shown and all(table in published for table in shown), 'the page shows what the node never said'
+    with capsys.disabled():
+        print(f'\n{moves} moves in {seconds:.1f} s: {moved / seconds:.1f} tables a second, {len(published)} published')
+
+
 def test_at_the_singular_wrist_the_page_says_in_words_how_pinv_failed(page, screenshot):
     press(page, 'Wrist singular')
     words = wait_for_text(page, 'words', 'pinv diverged')

@@ -24,11 +24,15 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def main() -> int:
-    """Run both; the panel says so where the node ends by itself."""
+    """Run both; a node that ends by itself ends the panel too, with code 1."""
     given = arguments().parse_args()
     node = subprocess.Popen(node_command(given), start_new_session=True)  # Ctrl-C reaches it through here alone
+
+    def ended() -> str:
+        return '' if node.poll() is None else f'the IK node ended by itself, with code {node.returncode}'
+
     try:
-        return panel_node.main(['--host', given.host, '--port', str(given.port), '--node', given.node])
+        return panel_node.main(['--host', given.host, '--port', str(given.port), '--node', given.node], ended)
     finally:
         node.send_signal(signal.SIGINT)
         try:
