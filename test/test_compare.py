@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import subprocess
 import sys
@@ -168,7 +169,9 @@ def test_csv_holds_every_iterate(tmp_path, notes, runs):
         rows = list(csv.DictReader(file))
     assert len(rows) == sum(len(run.trace) for run in runs)
     last = [row for row in rows if row['method'] == 'dls'][-1]
-    assert float(last['position_error']) == runs[METHODS.index('dls')].position_error
+    dls = runs[METHODS.index('dls')]
+    assert float(last['position_error']) == dls.position_error
+    assert (last['iteration'], last['attempt'], last['status']) == (str(dls.iterations), '0', 'converged')
     np.testing.assert_allclose(notes.arm.forward(joints_of(last, notes))[0, 3], float(last['tip_x']), atol=1e-12)
 
 
@@ -178,10 +181,20 @@ def joints_of(row: dict[str, str], problem: Problem) -> np.ndarray:
 
 def test_json_holds_the_same_and_nothing_that_json_cannot(tmp_path, notes):
     exactly = compare_methods(notes.arm, notes.arm.forward(np.zeros(6)), np.zeros(6), METHODS, OPTIONS)
-    write_json(tmp_path / 'runs.json', notes, exactly)
+    write_json(tmp_path / 'runs.json', notes, exactly, OPTIONS, 'puma560')
     document = json.loads((tmp_path / 'runs.json').read_text(), parse_constant=lambda text: pytest.fail(text))
     assert list(document['methods']) == list(METHODS)
     assert document['methods']['sdls']['iterations'] == 0
+
+
+def test_what_json_holds_is_enough_to_repeat_the_comparison(tmp_path, notes, runs):
+    write_json(tmp_path / 'runs.json', notes, runs, OPTIONS, 'puma560')
+    document = json.loads((tmp_path / 'runs.json').read_text())
+    given = document['arguments']
+    problem = make_problem(load_arm(given['robot']), given['seed'], given['target'])
+    options = SolveOptions(**{k: tuple(v) if isinstance(v, list) else v for k, v in document['options'].items()})
+    again = compare_methods(problem.arm, problem.target, problem.seed, given['methods'], options)
+    assert [run.iterations for run in again] == [run.iterations for run in runs]
 
 
 def test_other_robots_get_a_seed_and_a_target_within_reach():
@@ -257,9 +270,11 @@ def test_the_command_prints_one_row_for_each_method_and_the_sentence():
     ('arguments', 'complaint'),
     [
         (['--robot', 'nosuch'], 'nosuch'),
-        (['--step-size', '9'], 'step_size = 9.0 is not allowed'),
-        (['--seed', '1', '2'], 'seed has 2 numbers'),
-        (['--target', '9', '9', '9', '0', '0', 'nan'], 'finite'),
+        (['--step-size', '9'], '--step-size 9 is not allowed: expected a number from'),
+        (['--damping', '-1'], '--damping -1 is not allowed'),
+        (['--tolerance', '7'], '--tolerance 7 is not allowed'),
+        (['--seed', '1', '2'], '--seed 1 2: it has 2 numbers; expected 6 finite numbers: joint1'),
+        (['--target', '9', '9', '9', '0', '0', 'nan'], '--target 9 9 9 0 0 nan: expected six finite numbers'),
         (['--csv', '/nonexistent/runs.csv'], '/nonexistent/runs.csv'),
     ],
 )
@@ -268,6 +283,40 @@ def test_the_command_says_what_is_wrong_without_a_traceback(arguments, complaint
     assert done.returncode == 1
     last = done.stderr.splitlines()[-1]
     assert last.startswith('compare: ') and complaint in last
+
+
+@pytest.mark.parametrize('arguments', [['--seed', '1'], ['--target', '1', '2', '3', '4', '5', '6'], ['--csv', 'x']])
+def test_a_sweep_refuses_what_it_would_not_heed(arguments):
+    done = run_command('--sweep', '2', *arguments)
+    assert done.returncode == 2 and '--sweep takes' in done.stderr
+
+
+def test_a_picture_is_written_under_the_name_that_is_said(tmp_path):
+    pytest.importorskip('matplotlib', reason='matplotlib is not installed: scripts/compare --plot installs it')
+    done = run_command('--max-iterations', '0', '--plot', str(tmp_path / 'picture'))
+    assert done.returncode == 0 and (tmp_path / 'picture.png').is_file()
+    assert f'wrote {tmp_path / "picture.png"}' in done.stderr and 'Warning' not in done.stderr
+    refused = run_command('--plot', str(tmp_path / 'picture.doc'))
+    assert refused.returncode == 2 and 'expected a name that ends in .png, .svg, .pdf' in refused.stderr
+
+
+def test_a_seed_outside_the_limits_begins_at_them_and_that_is_said():
+    done = run_command('--seed', '0', '0', '0', '0', '0', '999', '--methods', 'dls', 'dls')
+    assert 'compare: --seed: joint6 is outside its limits -266 to 266; it starts at 266' in done.stderr
+    assert done.stdout.count('\ndls   ') == 1
+
+
+def test_an_output_without_all_letters_gets_others():
+    line = [sys.executable, '-m', 'ros_ik_pkg.compare.command', '--max-iterations', '1']
+    environment = {**os.environ, 'PYTHONIOENCODING': 'ascii'}
+    done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0 and 'yaw 0.0 deg' in done.stdout
+
+
+def test_where_nobody_reads_on_the_command_ends_without_a_word(tmp_path):
+    command = f'{sys.executable} -m ros_ik_pkg.compare.command | head -n 1'
+    done = subprocess.run(['bash', '-c', command], cwd=ROOT, capture_output=True, text=True)
+    assert done.stderr == '' and done.stdout.startswith('puma560: target')
 
 
 def test_help_of_the_script_names_every_option():
@@ -289,5 +338,26 @@ def test_the_picture_shows_every_method_in_every_plot(notes, runs):
 
     axes = draw(notes, runs).axes
     assert len(axes) == 3 + notes.arm.n
+    assert all(plot.get_xlabel() == 'iteration' for plot in axes[-notes.arm.n :])
+    for plot in axes[3:]:
+        labels = {mark.get_text(): place for place, mark in zip(plot.get_xticks(), plot.get_xticklabels())}
+        assert all(place == pytest.approx(np.log10(1 + int(text))) for text, place in labels.items())
     assert {line.get_color() for line in axes[0].get_lines()} == set(COLOURS.values())
     assert axes[0].get_ylim()[0] == 1e-8
+
+
+@pytest.mark.parametrize('robot', ['panda', 'planar3r'])
+@pytest.mark.parametrize('iterations', [0, 30])
+def test_the_picture_of_any_robot_is_whole(tmp_path, robot, iterations):
+    pytest.importorskip('matplotlib', reason='matplotlib is not installed: scripts/compare --plot installs it')
+    from ros_ik_pkg.compare.plots import draw
+
+    problem = make_problem(load_arm(robot), None, None)
+    options = SolveOptions(max_iterations=iterations)
+    figure = draw(problem, compare_methods(problem.arm, problem.target, problem.seed, METHODS, options))
+    figure.draw_without_rendering()
+    frame = figure.bbox
+    texts = [text for axes in figure.axes for text in (axes.title, axes.xaxis.label, axes.yaxis.label)]
+    for text in filter(lambda text: text.get_text(), [*texts, *figure.texts, figure.axes[2].zaxis.label]):
+        box = text.get_window_extent()
+        assert frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1, text.get_text()

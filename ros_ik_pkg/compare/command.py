@@ -3,18 +3,40 @@
 from __future__ import annotations
 
 import argparse
+import codecs
+import shutil
+import signal
 import sys
+import textwrap
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from ros_ik_pkg.compare.files import write_csv, write_json
 from ros_ik_pkg.compare.palette import COLOURS
-from ros_ik_pkg.compare.problem import NOTES_ROBOT, Problem, make_problem, numbers_of
+from ros_ik_pkg.compare.problem import NOTES_ROBOT, Problem, as_typed, make_problem, numbers_of
 from ros_ik_pkg.compare.progress import progress_bar
 from ros_ik_pkg.compare.runs import compare_methods
 from ros_ik_pkg.compare.sweep import NEAR, run_sweep, sweep_table
 from ros_ik_pkg.compare.table import can_colour, paint, runs_table
 from ros_ik_pkg.compare.words import describe
-from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm, warm_up
+from ros_ik_pkg.ik import METHODS, OPTIONS, ArgumentError, IkError, OptionError, SolveOptions, load_arm, warm_up
+from ros_ik_pkg.ik.options import Option
+
+WIDTH = 100  # columns of what is no terminal
+PICTURES = ('.png', '.svg', '.pdf')
+PLAIN = {'°': ' deg', 'µ': 'u', '█': '#', '░': '.'}  # for outputs that do not have these
+DECLARED = {option.name: option for option in OPTIONS}
+OPTIONS_OF = {
+    'max_iterations': ('max_iterations',),
+    'tolerance': ('position_tolerance', 'orientation_tolerance'),
+    'step_size': ('step_size',),
+    'damping': ('dls_damping', 'adaptive_dls_damping'),
+    'gain': ('adaptive_dls_gain',),
+}
 
 
 def arguments() -> argparse.ArgumentParser:
@@ -30,48 +52,110 @@ def arguments() -> argparse.ArgumentParser:
     add('--damping', type=float, help='lambda of dls and lambda_0 of adaptive_dls (default: those of the node)')
     add('--gain', type=float, help='damping over error of adaptive_dls (default: that of the node)')
     add('--step-size', type=float, default=1.0, help='factor on every step (default: %(default)s)')
-    add('--plot', type=Path, metavar='FILE.png', help='write the picture: errors, way of the tip, joints')
+    add('--plot', type=picture, metavar='FILE.png', help='write the picture: errors, way of the tip, joints')
     add('--csv', type=Path, metavar='FILE', help='write every iterate of every method')
-    add('--json', type=Path, metavar='FILE', help='write the problem, the figures and every iterate')
+    add('--json', type=Path, metavar='FILE', help='write the problem, the options, the figures and every iterate')
     add('--sweep', type=int, metavar='N', help='instead: the methods on N regular and N singular random targets')
     return parser
 
 
+def picture(text: str) -> Path:
+    """Return the file of a picture, a PNG where the name does not say what; what it says must be one of PICTURES."""
+    path = Path(text) if Path(text).suffix else Path(f'{text}.png')
+    if path.suffix.lower() not in PICTURES:
+        raise argparse.ArgumentTypeError(f'{text!r}: expected a name that ends in {", ".join(PICTURES)}')
+    return path
+
+
+def read_arguments() -> argparse.Namespace:
+    """Return the arguments that were given; ends the program where they contradict each other."""
+    parser = arguments()
+    given = parser.parse_args()
+    given.methods = tuple(dict.fromkeys(given.methods))
+    if given.sweep is not None:
+        if given.sweep < 1 or given.plot or given.csv or given.json:
+            parser.error('--sweep takes a number above 0, and writes no files')
+        if given.seed or given.target:
+            parser.error('--sweep takes no --seed and no --target: those of a sweep are random')
+    return given
+
+
 def solve_options(given: argparse.Namespace) -> SolveOptions:
-    """Return the options that were given; raises OptionError for a value out of range."""
-    values = {
-        'max_iterations': given.max_iterations,
-        'position_tolerance': given.tolerance,
-        'orientation_tolerance': given.tolerance,
-        'step_size': given.step_size,
-    }
-    if given.damping is not None:
-        values |= {'dls_damping': given.damping, 'adaptive_dls_damping': given.damping}
-    if given.gain is not None:
-        values['adaptive_dls_gain'] = given.gain
+    """Return the options that were given; raises OptionError that names the argument where one is out of range."""
+    values: dict[str, Any] = {}
+    for argument, names in OPTIONS_OF.items():
+        value = getattr(given, argument)
+        if value is not None:
+            values |= {name: _checked(argument, value, DECLARED[name]) for name in names}
     return SolveOptions(**values)
+
+
+def _checked(argument: str, value: Any, option: Option) -> Any:
+    try:
+        return option.check(value)
+    except OptionError:
+        typed = f'--{argument.replace("_", "-")} {value:g}'
+        raise OptionError(f'{typed} is not allowed: expected {option.expected()}') from None
+
+
+def given_problem(given: argparse.Namespace) -> Problem:
+    """Return the problem that was given; raises an IkError that names the argument.
+
+    A seed outside the limits begins at the limits, which is said.
+    """
+    arm = load_arm(given.robot)
+    if given.seed and (len(given.seed) != arm.n or not np.isfinite(given.seed).all()):
+        expected = f'{arm.n} finite numbers: {", ".join(arm.joint_names)}'
+        raise ArgumentError(f'--seed {_typed(given.seed)}: it has {len(given.seed)} numbers; expected {expected}')
+    if given.target and not np.isfinite(given.target).all():
+        raise ArgumentError(f'--target {_typed(given.target)}: expected six finite numbers')
+    problem = make_problem(arm, given.seed, given.target)
+    seed = np.clip(problem.seed, arm.lower, arm.upper)
+    for joint in np.flatnonzero(seed != problem.seed):
+        low, high, start = (as_typed(arm, values)[joint] for values in (arm.lower, arm.upper, seed))
+        say(f'--seed: {arm.joint_names[joint]} is outside its limits {low:g} to {high:g}; it starts at {start:g}')
+    return replace(problem, seed=seed)
+
+
+def _typed(numbers: Sequence[float]) -> str:
+    return ' '.join(f'{number:g}' for number in numbers)
+
+
+def say(text: str) -> None:
+    """Print a line about the command itself."""
+    print(f'compare: {text}', file=sys.stderr)
 
 
 def main() -> int:
     """Run the command line; 0 when it did what was asked, whatever the methods made of it."""
-    parser = arguments()
-    given = parser.parse_args()
-    if given.sweep is not None and (given.sweep < 1 or given.plot or given.csv or given.json):
-        parser.error('--sweep takes a number above 0, and writes no files')
+    write_plainly()
+    given = read_arguments()
     try:
         options = solve_options(given)
-        problem = make_problem(load_arm(given.robot), given.seed, given.target)
+        problem = given_problem(given)
         warm_up(report=lambda text: print(text, file=sys.stderr))
         if given.sweep:
             sweep(problem, given, options)
         else:
             compare(problem, given, options)
     except (IkError, OSError, ValueError) as error:
-        print(f'compare: {error}', file=sys.stderr)
+        say(str(error))
         return 1
     except KeyboardInterrupt:
         return 130
     return 0
+
+
+def write_plainly() -> None:
+    """Write what the encoding of the output does not have in other letters; end quietly where nobody reads on."""
+    codecs.register_error('plain', lambda error: (''.join(PLAIN.get(c, '?') for c in _missing(error)), error.end))
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors='plain')
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+
+
+def _missing(error: Any) -> str:
+    return error.object[error.start : error.end]
 
 
 def compare(problem: Problem, given: argparse.Namespace, options: SolveOptions) -> None:
@@ -81,7 +165,7 @@ def compare(problem: Problem, given: argparse.Namespace, options: SolveOptions) 
     runs = compare_methods(*question)
     print(heading(problem, given))
     print(runs_table(runs, can_colour(sys.stdout)))
-    print(f'\n{describe(runs)}')
+    print('\n' + textwrap.fill(describe(runs), shutil.get_terminal_size((WIDTH, 0)).columns, break_long_words=False))
     if given.plot:
         from ros_ik_pkg.compare.plots import save_picture  # matplotlib is asked for by this alone
 
@@ -89,14 +173,15 @@ def compare(problem: Problem, given: argparse.Namespace, options: SolveOptions) 
     if given.csv:
         write_csv(given.csv, problem, runs)
     if given.json:
-        write_json(given.json, problem, runs)
+        write_json(given.json, problem, runs, options, given.robot)
     for path in filter(None, (given.plot, given.csv, given.json)):
         print(f'wrote {path}', file=sys.stderr)
 
 
 def heading(problem: Problem, given: argparse.Namespace) -> str:
     """Say what is being solved."""
-    x, y, z, roll, pitch, yaw = numbers_of(problem.target)
+    x, y, z, roll, pitch, yaw = numbers_of(problem.target).round(3) + 0.0  # no minus before a zero
+    roll, pitch, yaw = (round(angle, 1) + 0.0 for angle in (roll, pitch, yaw))
     return (
         f'{problem.arm.name}: target x {x:.3f} y {y:.3f} z {z:.3f} m, '
         f'roll {roll:.1f} pitch {pitch:.1f} yaw {yaw:.1f}°, tolerance {given.tolerance:g} m and rad\n'

@@ -4,39 +4,58 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ros_ik_pkg.compare.problem import Problem
+from ros_ik_pkg.compare.problem import Problem, as_typed, numbers_of
 from ros_ik_pkg.compare.runs import MethodRun
-from ros_ik_pkg.ik import TRACE_COLUMNS
+from ros_ik_pkg.ik import TRACE_COLUMNS, SolveOptions
 
-FIGURES = ('iterations', 'position_error', 'orientation_error', 'time', 'sigma_min')
+FIGURES = ('iterations', 'position_error', 'orientation_error', 'time', 'sigma_min', 'joints_at_limits')
+WHOLE = ('attempt', 'iteration', 'joints_at_limits')
 
 
 def write_csv(path: Path, problem: Problem, runs: Sequence[MethodRun]) -> None:
-    """Write every iterate of every run: method, the columns of the trace, the tip [m], the joints [rad, m]."""
+    """Write every iterate of every run: method, how the run ended, the trace, the tip [m], the joints [rad, m]."""
     with path.open('w', newline='') as file:
         writer = csv.writer(file)
-        writer.writerow(['method', *TRACE_COLUMNS, 'tip_x', 'tip_y', 'tip_z', *problem.arm.joint_names])
+        writer.writerow(['method', 'status', *TRACE_COLUMNS, 'tip_x', 'tip_y', 'tip_z', *problem.arm.joint_names])
         for run in runs:
-            writer.writerows([run.method, *row] for row in _rows(run))
+            writer.writerows([run.method, run.status.label, *row] for row in _rows(run))
 
 
-def _rows(run: MethodRun) -> list[list[float]]:
-    return np.hstack([run.trace.rows, run.trace.tip_positions, run.trace.joint_positions]).tolist()
+def _rows(run: MethodRun) -> Iterator[list[float]]:
+    """Return the rows of a run, whole numbers as such."""
+    whole = [TRACE_COLUMNS.index(name) for name in WHOLE]
+    for row in np.hstack([run.trace.rows, run.trace.tip_positions, run.trace.joint_positions]).tolist():
+        for k in whole:
+            row[k] = int(row[k])
+        yield row
 
 
-def write_json(path: Path, problem: Problem, runs: Sequence[MethodRun]) -> None:
-    """Write the problem and all runs; numbers that are not finite become null, as JSON asks."""
+def write_json(
+    path: Path, problem: Problem, runs: Sequence[MethodRun], options: SolveOptions, robot: str
+) -> None:
+    """Write the problem and all runs; numbers that are not finite become null, as JSON asks.
+
+    `arguments` are those that the command takes, angles in degrees, so that the comparison can be repeated.
+    """
     document = {
         'robot': problem.arm.name,
         'joint_names': problem.arm.joint_names,
         'seed': problem.seed.tolist(),
         'target': problem.target.tolist(),
+        'arguments': {
+            'robot': robot,
+            'seed': as_typed(problem.arm, problem.seed).tolist(),
+            'target': numbers_of(problem.target).tolist(),
+            'methods': [run.method for run in runs],
+        },
+        'options': asdict(options),
         'columns': TRACE_COLUMNS,
         'methods': {run.method: _document(run) for run in runs},
     }
@@ -55,9 +74,11 @@ def _document(run: MethodRun) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """Return a document with null in place of inf and NaN."""
+    """Return a document with null in place of inf and NaN, and lists in place of arrays."""
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _finite(value.tolist())
     if isinstance(value, (list, tuple)):
         return [_finite(item) for item in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value

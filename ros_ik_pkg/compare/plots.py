@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,6 +18,11 @@ from ros_ik_pkg.compare.runs import MethodRun
 from ros_ik_pkg.compare.words import describe
 
 FLOOR = 1e-8  # m, rad; the bottom of the error plots
+MOST_COLUMNS = 7  # plots of joints in a row
+CAPTION = 165  # letters in a line
+SHORTEST_AXIS = 3  # iterations
+THINNEST = 0.2  # of the longest side of the box that the way of the tip is drawn in
+BOX = 0.86  # how much of its place the box fills; the rest is for the labels
 INK, FAINT = '#24292f', '#d7dce1'
 STYLE = {
     'font.family': 'sans-serif', 'font.size': 10, 'text.color': INK, 'axes.labelcolor': INK,
@@ -39,8 +45,8 @@ def save_picture(path: Path, problem: Problem, runs: Sequence[MethodRun]) -> Non
 
 def draw(problem: Problem, runs: Sequence[MethodRun]) -> Figure:
     """Return the figure."""
-    columns = min(problem.arm.n, 6)
-    rows = -(-problem.arm.n // columns)
+    rows = -(-problem.arm.n // MOST_COLUMNS)
+    columns = -(-problem.arm.n // rows)
     figure = Figure(figsize=(14.0, 7.0 + 2.0 * rows), layout='constrained')
     top, bottom = figure.subfigures(2, 1, height_ratios=[6.2, 2.2 * rows])
     errors, space = top.subfigures(1, 2, width_ratios=[1.15, 1.0])
@@ -50,10 +56,10 @@ def draw(problem: Problem, runs: Sequence[MethodRun]) -> Figure:
     lower.set_xlabel('iteration')
     upper.legend(ncols=len(runs), loc='lower center', bbox_to_anchor=(0.5, 1.0), frameon=False, columnspacing=1.4)
     draw_paths(space, problem, runs)
-    draw_joints(bottom.subplots(rows, columns, squeeze=False, sharex=True), problem, runs)
+    draw_joints(bottom.subplots(rows, columns, squeeze=False), problem, runs)
     title = f'{problem.arm.name}: one seed, one target, {len(runs)} methods'
     figure.suptitle(title, x=0.012, ha='left', fontsize=15, fontweight='bold')
-    figure.supxlabel(describe(runs), x=0.012, ha='left', fontsize=10)
+    figure.supxlabel(textwrap.fill(describe(runs), CAPTION), x=0.012, ha='left', fontsize=10)
     return figure
 
 
@@ -78,9 +84,10 @@ def draw_errors(axes: Axes, runs: Sequence[MethodRun], column: str, label: str) 
     _iteration_ticks(axes, runs)
 
 
-def _iteration_ticks(axes: Axes, runs: Sequence[MethodRun]) -> None:
-    last = max(run.iterations for run in runs)
-    marks = [tick for tick in ticks(last) if tick <= last]
+def _iteration_ticks(axes: Axes, runs: Sequence[MethodRun], every: int = 1) -> None:
+    """Mark iterations, or every so many of the marks, the last one among them."""
+    last = max([SHORTEST_AXIS, *(run.iterations for run in runs)])
+    marks = [tick for tick in ticks(last) if tick <= last][::-every][::-1]
     axes.set_xticks(place(marks), [str(mark) for mark in marks])
     axes.set_xlim(0.0, place(last) * 1.02)
 
@@ -96,11 +103,25 @@ def draw_paths(figure: Figure, problem: Problem, runs: Sequence[MethodRun]) -> N
     axes.text(*start, '  seed', color=INK, zorder=11)
     axes.text(*target, '  target', color=TARGET, fontweight='bold', zorder=11)
     axes.set_title('Way of the tip', loc='left')
-    axes.set(xlabel='x [m]', ylabel='y [m]', zlabel='z [m]')
-    axes.set_aspect('equal')
+    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), 'xyz'):
+        axis.set_label_text(f'{name} [m]')
+        axis.labelpad = 9
+    _equal_scales(axes)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.pane.set(facecolor='#f6f8fa', edgecolor=FAINT)
-        axis.set_major_locator(matplotlib.ticker.MaxNLocator(4))
+
+
+def _equal_scales(axes: Axes) -> None:
+    """Give the three axes one scale, none of them so short that its marks overlap."""
+    limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+    spans = limits[:, 1] - limits[:, 0]
+    longest = spans.max()
+    wanted = np.maximum(spans, THINNEST * longest)
+    limits += np.outer((wanted - spans) / 2, [-1, 1])
+    axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
+    axes.set_box_aspect(wanted, zoom=BOX)
+    for axis, span in zip((axes.xaxis, axes.yaxis, axes.zaxis), wanted):
+        axis.set_major_locator(matplotlib.ticker.MaxNLocator(max(round(4 * span / longest), 1)))
 
 
 def draw_joints(grid: np.ndarray, problem: Problem, runs: Sequence[MethodRun]) -> None:
@@ -114,6 +135,6 @@ def draw_joints(grid: np.ndarray, problem: Problem, runs: Sequence[MethodRun]) -
             values = run.trace.joint_positions[:, i]
             axes.plot(place(run.trace.column('iteration')), np.degrees(values) if rotary[i] else values, **_line(run))
         axes.set_title(f'{problem.arm.joint_names[i]} [{"°" if rotary[i] else "m"}]', fontsize=10, fontweight='normal')
-        _iteration_ticks(axes, runs)
+        axes.set_xlabel('iteration', fontsize=9)
+        _iteration_ticks(axes, runs, every=2)
         axes.locator_params(axis='y', nbins=4)
-        axes.set_xticks(axes.get_xticks()[::2])

@@ -75,6 +75,11 @@ def joints_from_degrees(arm: Arm, values: Sequence[float]) -> np.ndarray:
     return np.where(is_rotary(arm), np.radians(values), values)
 
 
+def as_typed(arm: Arm, q: np.ndarray) -> np.ndarray:
+    """Return joint positions (n,) [rad, m] with angles in degrees, as people type them."""
+    return np.where(is_rotary(arm), np.degrees(q), q)
+
+
 def elsewhere(arm: Arm, seed: np.ndarray) -> np.ndarray:
     """Return a configuration some way off, every joint moved towards the limit that is further away."""
     lower, upper = np.maximum(arm.lower, seed - np.pi), np.minimum(arm.upper, seed + np.pi)
