@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from ros_ik_pkg.compare.problem import Problem, as_typed, numbers_of
 from ros_ik_pkg.compare.runs import MethodRun
-from ros_ik_pkg.ik import TRACE_COLUMNS, SolveOptions
+from ros_ik_pkg.ik import OPTIONS, TRACE_COLUMNS, SolveOptions
 
 FIGURES = ('iterations', 'position_error', 'orientation_error', 'time', 'sigma_min', 'joints_at_limits')
 WHOLE = ('attempt', 'iteration', 'joints_at_limits')
@@ -55,7 +54,7 @@ def write_json(
             'target': numbers_of(problem.target).tolist(),
             'methods': [run.method for run in runs],
         },
-        'options': asdict(options),
+        'options': {option.name: getattr(options, option.name) for option in OPTIONS},
         'columns': TRACE_COLUMNS,
         'methods': {run.method: _document(run) for run in runs},
     }

@@ -22,7 +22,7 @@ MOST_COLUMNS = 7  # plots of joints in a row
 CAPTION = 165  # letters in a line
 SHORTEST_AXIS = 3  # iterations
 THINNEST = 0.2  # of the longest side of the box that the way of the tip is drawn in
-BOX = 0.86  # how much of its place the box fills; the rest is for the labels
+BOX = 0.84  # how much of its place the box fills; the rest is for the labels
 INK, FAINT = '#24292f', '#d7dce1'
 STYLE = {
     'font.family': 'sans-serif', 'font.size': 10, 'text.color': INK, 'axes.labelcolor': INK,
@@ -105,7 +105,7 @@ def draw_paths(figure: Figure, problem: Problem, runs: Sequence[MethodRun]) -> N
     axes.set_title('Way of the tip', loc='left')
     for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), 'xyz'):
         axis.set_label_text(f'{name} [m]')
-        axis.labelpad = 9
+        axis.labelpad = 3 if name == 'z' else 9
     _equal_scales(axes)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.pane.set(facecolor='#f6f8fa', edgecolor=FAINT)
