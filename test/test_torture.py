@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import threading
 import time
@@ -20,7 +21,9 @@ from torture import files, load, messages, parameters, reliability, soak, solves
 from torture import peer as peer_module
 from torture.cable import CLEAR, CUT, Cable, Weather
 from torture.hostile import HOSTILE
+from torture.loader import Loader
 from torture.peer import connected
+from torture.place import names_a_place
 from torture.plan import Check, Plan, skipped
 from torture.reliability import Reliability
 from torture.running import COUNTED_NODE, TARGETS, Usage, running_node
@@ -220,18 +223,54 @@ def test_values_of_a_type_that_ros_does_not_have_end_nothing(node, peer):
     assert_right([parameters.no_such_type(node, peer)])  # the last one: it leaves tracebacks in the log
 
 
-def test_files_with_pieces_changed_load_or_are_refused(tmp_path):
-    assert_right(files.fuzz(Random(7), 100, tmp_path))
+@pytest.fixture(scope='module')
+def loader():
+    with Loader() as loader:
+        yield loader
+
+
+def test_files_with_pieces_changed_load_or_are_refused(loader, tmp_path):
+    assert_right(check for check in files.fuzz(Random(7), 100, tmp_path, loader) if 'slowest' not in check.what)
 
 
 @pytest.mark.parametrize('name', ['a cycle of links', 'an entity bomb', 'an external entity', 'aliases of aliases',
                                   'a YAML tag that makes objects', 'a binary file'])  # fmt: skip
-def test_a_hostile_file_is_refused(name, tmp_path):
+def test_a_hostile_file_is_refused(name, loader, tmp_path):
     suffix, make = HOSTILE[name]
     path, content = tmp_path / f'robot{suffix}', make()
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    outcome, seconds, fault = files.load(path)
-    assert (outcome, fault) == ('refused', '') and seconds < files.MOST_SECONDS
+    done = loader.load(path)
+    assert (done.outcome, done.fault) == ('refused', '') and done.seconds < files.MOST_SECONDS
+
+
+def test_a_pipe_is_refused(loader, tmp_path):
+    assert_right([files.special(tmp_path, loader)])
+
+
+def test_a_file_that_takes_for_ever_or_ends_the_process_is_noticed(loader, tmp_path, monkeypatch):
+    path = tmp_path / 'robot.urdf'
+    path.write_text('<robot/>')
+    monkeypatch.setattr('torture.loader.HANG', 0.2)
+    os.kill(loader._process.pid, signal.SIGSTOP)
+    assert 'not done after 0.2 s' in loader.load(path).fault
+    monkeypatch.undo()
+    os.kill(loader._process.pid, signal.SIGKILL)
+    loader._process.wait()
+    assert 'the process ended with -9' in loader.load(path).fault
+    assert loader.load(path).outcome == 'refused'
+
+
+@pytest.mark.parametrize(('error', 'placed'), [
+    ("line 3, column 1: not well-formed XML (unclosed token)", True),
+    ("robot 'x': joint 'j0' has type 'ball'; expected one of revolute", True),
+    ("robot 'x': joint name used more than once: j0", True),
+    ("joint 'j1': <axis xyz> is zero; expected a direction", True),
+    ("robot 'x': the robot has no links", True),
+    ("robot 'x': something is wrong somewhere", False),
+    ("robot 'x': joint 'elsewhere' is wrong", False),
+])  # fmt: skip
+def test_an_error_that_names_no_place_is_noticed(error, placed):
+    assert names_a_place(error, '<robot name="x"><joint name="j0"><axis xyz="0 0 0"/></joint></robot>') == placed
 
 
 class CountingCable(Cable):

@@ -1,16 +1,14 @@
 """URDF and DH files: the shipped tables and made-up arms with pieces cut, doubled, swapped or replaced, and files that
 are built to hurt: cyclic, endless, nested a million deep, entity bombs, aliases of aliases, wrong types. Each loads
 into an arm whose kinematics is finite, or is refused with an error that names the file or the robot, and the place in
-it, in bounded time and memory.
+it: a line or position, or a joint, link, key or element that the file has. A process of its own loads them, with so
+much memory and no more; it is ended where a file takes too long.
 """
 
 from __future__ import annotations
 
-import resource
-import subprocess
-import sys
+import os
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,11 +16,11 @@ from random import Random
 
 import numpy as np
 
-from bench.process import ROOT
 from bench.random_arms import random_urdf
-from ros_ik_pkg.ik import ModelError, load_arm, robot_names
+from ros_ik_pkg.ik import robot_names
 from ros_ik_pkg.share import share_path
 from torture.hostile import HOSTILE
+from torture.loader import MOST_MEMORY, Loader
 from torture.plan import Check, Plan, progress, unless
 
 COUNT = 20_000
@@ -31,23 +29,19 @@ PIECES = (
     '\t- ',
 )  # fmt: skip
 MOST_SECONDS = 5.0  # of CPU time for one file; the largest that is read has 32 MB
-MOST_MEMORY = 800.0  # MB that loading may add at its peak
-LONGEST_ERROR = 2000  # characters
-HANG = 20.0  # s
 
 
 def run(plan: Plan) -> Iterator[Check]:
     """Mutate good files, then try the hostile ones, then files that are none."""
-    with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
-        before, count = _peak_memory(), plan.count or COUNT
-        yield from fuzz(Random(plan.seed), count, Path(folder))
-        yield from hostile(Path(folder))
-        growth = _peak_memory() - before
-        yield Check('memory at the peak', f'{growth:.0f} MB more', unless(growth < MOST_MEMORY, 'too much'))
-        yield special(Path(folder))
+    with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder, Loader() as loader:
+        yield from fuzz(Random(plan.seed), plan.count or COUNT, Path(folder), loader)
+        yield from hostile(Path(folder), loader)
+        yield special(Path(folder), loader)
+        fault = unless(loader.peak < MOST_MEMORY, 'too much')
+        yield Check('memory at the peak', f'{loader.peak:.0f} MB more', fault)
 
 
-def fuzz(random: Random, count: int, folder: Path) -> Iterator[Check]:
+def fuzz(random: Random, count: int, folder: Path, loader: Loader) -> Iterator[Check]:
     """Load files that were good before something happened to them."""
     tally, slowest, fault = Counter(), 0.0, ''
     originals = _originals(random)
@@ -55,10 +49,10 @@ def fuzz(random: Random, count: int, folder: Path) -> Iterator[Check]:
         suffix, text = random.choice(originals)
         path = folder / f'robot{suffix}'
         path.write_text(mutated(random, text), encoding='utf-8')
-        outcome, seconds, fault = load(path)
-        tally[outcome] += 1
-        slowest = max(slowest, seconds)
-        if fault:
+        done = loader.load(path)
+        tally[done.outcome] += 1
+        slowest = max(slowest, done.seconds)
+        if fault := done.fault:
             break
     yield Check('files with pieces changed: loaded, refused', f'{tally["loaded"]}, {tally["refused"]}', fault)
     yield Check('slowest of them', f'{1e3 * slowest:.0f} ms', unless(slowest < MOST_SECONDS, 'too slow'))
@@ -81,51 +75,22 @@ def mutated(random: Random, text: str) -> str:
     return text
 
 
-def load(path: Path) -> tuple[str, float, str]:
-    """Load a file and use it; return what became of it, the CPU time [s], and what is wrong with that."""
-    began = time.thread_time()
-    try:
-        arm = load_arm(path)
-        fault = unless(bool(np.isfinite(arm.forward(arm.home)).all()), 'the kinematics is not finite')
-        return 'loaded', time.thread_time() - began, fault and f'{fault}: {path.read_bytes()[:2000]!r}'
-    except ModelError as error:
-        return 'refused', time.thread_time() - began, _badly_said(path, str(error))
-    except Exception as error:
-        return 'raised', 0.0, f'{type(error).__name__}: {error}: {path.read_bytes()[:2000]!r}'
-
-
-def _badly_said(path: Path, error: str) -> str:
-    """Say what is wrong with an error: it names the file or the robot, and something in it, and fills no log."""
-    if not error.startswith((f'{path}: ', "robot '")) or len(error) < len(str(path)) + 5:
-        return f'an error that names no place: {error[:500]}'
-    return unless(len(error) < LONGEST_ERROR, f'an error of {len(error)} characters: {error[:200]}')
-
-
-def hostile(folder: Path) -> Iterator[Check]:
+def hostile(folder: Path, loader: Loader) -> Iterator[Check]:
     """Load each of the files that are built to hurt; none of them is a robot."""
     for name, (suffix, make) in progress(HOSTILE.items(), 'hostile files'):
         path = folder / f'hostile{suffix}'
         content = make()
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        outcome, seconds, fault = load(path)
-        fault = fault or unless(outcome == 'refused', outcome) or unless(seconds < MOST_SECONDS, 'too slow')
-        yield Check(name, f'{outcome} in {1e3 * seconds:.0f} ms', fault)
+        done = loader.load(path)
+        slow = unless(done.seconds < MOST_SECONDS, 'too slow')
+        fault = done.fault or unless(done.outcome == 'refused', done.outcome) or slow
+        yield Check(name, f'{done.outcome} in {1e3 * done.seconds:.0f} ms', fault)
 
 
-def special(folder: Path) -> Check:
-    """Load a pipe that nobody writes to, in a process of its own because reading it might take for ever."""
-    what, path = 'a named pipe instead of a file', folder / 'pipe.urdf'
-    subprocess.run(['mkfifo', str(path)], check=True)
-    code = 'import sys; from torture.files import load; from pathlib import Path; print(load(Path(sys.argv[1]))[0])'
-    try:
-        done = subprocess.run(
-            [sys.executable, '-c', code, str(path)], cwd=ROOT, timeout=HANG, capture_output=True, text=True
-        )
-    except subprocess.TimeoutExpired:
-        return Check(what, '', 'reading it never ends')
-    return Check(what, done.stdout.strip(), unless(done.stdout.strip() == 'refused', done.stderr[-500:]))
-
-
-def _peak_memory() -> float:
-    """Return the largest resident memory of this process so far [MB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+def special(folder: Path, loader: Loader) -> Check:
+    """Load a pipe that nobody writes to: reading it would take for ever."""
+    path = folder / 'pipe.urdf'
+    os.mkfifo(path)
+    done = loader.load(path)
+    fault = done.fault or unless(done.outcome == 'refused', 'read')
+    return Check('a named pipe instead of a file', done.outcome, fault)
