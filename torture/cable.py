@@ -45,6 +45,7 @@ class Cable(threading.Thread):
     def __init__(self, ends: tuple[int, int], seed: int) -> None:
         super().__init__(name='cable')
         self.weather = CLEAR
+        self.taken = self.lost = 0  # frames
         self._other = dict(zip(ends, reversed(ends)))
         self._random = Random(seed)
         self._on_the_way: list[tuple[float, int, int, bytes]] = []  # a heap: when due, number, to which end, frame
@@ -66,7 +67,10 @@ class Cable(threading.Thread):
         """Put a frame on its way, twice or not at all if that is the weather."""
         weather, random = self.weather, self._random
         for _ in range(2 if random.random() < weather.doubled else 1):
-            if random.random() >= weather.loss:
+            self.taken += 1
+            if random.random() < weather.loss:
+                self.lost += 1
+            else:
                 delay = weather.delay + weather.jitter * random.uniform(-1.0, 1.0)
                 heapq.heappush(self._on_the_way, (time.monotonic() + delay, next(self._numbers), end, frame))
 

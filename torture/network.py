@@ -1,12 +1,14 @@
 """Node and client on two hosts: two network namespaces of this machine, joined by a cable that loses, delays and is cut
-(`torture/cable.py`). UDP alone, because shared memory would go round the network. The client streams targets; after
-healing the newest one must be solved. Nothing leaves the machine.
+(`torture/cable.py`). UDP alone, because shared memory would go round the network. The client streams targets; frames
+must really be lost and held up, some targets solved all the same, and after healing the newest one. Nothing leaves the
+machine.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -34,6 +36,7 @@ WEATHER = {
     '100 ms delay': Weather(delay=0.1),
     '20 % loss, 50 ms delay, 40 ms jitter, 5 % doubled': Weather(loss=0.2, delay=0.05, jitter=0.04, doubled=0.05),
 }
+LEAST, MOST = 0.5, 2.0  # times the frames that should be lost
 PARTITIONS = (5.0, 30.0)  # s; after 20 s each side takes the other for gone and has to find it again
 HEALED = 20.0  # s until the newest target must be answered
 
@@ -117,14 +120,29 @@ class Client:
 
 def in_weather(name: str, weather: Weather, plan: Plan, cable: Cable, client: Client) -> Check:
     """Stream in a weather, then under a clear sky: the newest target must be solved again."""
-    cable.weather, sent = weather, client.sent
+    cable.weather, sent, taken, lost = weather, client.sent, cable.taken, cable.lost
     client.latencies.clear()
     for _ in ticking(plan.seconds(SECONDS), name):
         time.sleep(0.5)
     count, latencies = client.sent - sent, sorted(client.latencies)
-    median = f', median {1e3 * latencies[len(latencies) // 2]:.0f} ms' if latencies else ''
+    share = (cable.lost - lost) / max(cable.taken - taken, 1)
+    median = latencies[len(latencies) // 2] if latencies else math.inf
     back, fault = heal(cable, client)
-    return Check(name, f'{count} sent, {len(latencies)} solved{median}; healed after {back:.1f} s', fault)
+    figure = (
+        f'{100.0 * share:.0f} % of {cable.taken - taken} frames lost; {count} sent, {len(latencies)} solved, '
+        f'median {1e3 * median:.0f} ms; healed after {back:.1f} s'
+    )
+    return Check(name, figure, fault or not_tried(weather, share, median, count))
+
+
+def not_tried(weather: Weather, share: float, median: float, count: int) -> str:
+    """Say that a weather was none: frames were not lost or held up as they should, or nothing was sent or solved."""
+    if not count or median == math.inf:
+        return f'{count} sent, none solved'
+    if not LEAST * weather.loss <= share <= MOST * weather.loss:
+        return f'{share:.3f} of the frames lost instead of {weather.loss:g}'
+    there_and_back = 2.0 * (weather.delay - weather.jitter)
+    return unless(median >= there_and_back, f'a median of {median:.3f} s, quicker than the delay')
 
 
 def cut(seconds: float, cable: Cable, client: Client) -> Check:
