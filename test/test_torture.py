@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import socket
@@ -17,7 +18,7 @@ from ros_helpers import CALM, CALM_ARGUMENTS, TIMEOUT, allow_lark
 from bench import check
 from ros_ik_pkg.ik import load_arm
 from torture import __main__ as command
-from torture import files, load, messages, parameters, reliability, soak, solves
+from torture import files, habitats, load, messages, network, parameters, reliability, soak, solves
 from torture import peer as peer_module
 from torture.cable import CLEAR, CUT, Cable, Weather
 from torture.hostile import HOSTILE
@@ -123,8 +124,8 @@ def test_any_parameter_value_is_taken_or_refused_with_a_reason(node, peer, sende
 
 
 def test_a_target_that_the_node_took_and_never_answered_is_noticed(node, peer, sender, stream):
+    lost = node.taken()[TARGETS] - peer.heard - 1  # nothing is under way: the stream waited for that
     sender.begin(100.0)
-    lost = node.taken()[TARGETS] - peer.heard - 1
     assert 'taken' in parameters.answered(lost, sender, stream, node, peer).fault
 
 
@@ -273,21 +274,11 @@ def test_an_error_that_names_no_place_is_noticed(error, placed):
     assert names_a_place(error, '<robot name="x"><joint name="j0"><axis xyz="0 0 0"/></joint></robot>') == placed
 
 
-class CountingCable(Cable):
-    """A cable that counts the frames that were put into it."""
-
-    taken = 0
-
-    def _take(self, frame: bytes, end: int) -> None:
-        super()._take(frame, end)
-        self.taken += 1
-
-
 @pytest.fixture
 def cable():
     """A cable between two sockets: what one sends, the other gets."""
     (left, right), (one, other) = ((socket.socketpair(type=socket.SOCK_DGRAM)) for _ in range(2))
-    cable = CountingCable((right.fileno(), other.fileno()), 7)
+    cable = Cable((right.fileno(), other.fileno()), 7)
     cable.start()
     yield cable, left, one
     cable.close()
@@ -305,13 +296,27 @@ def test_a_cable_does_what_the_weather_says(cable, weather, least, most):
     for _ in range(20):
         left.send(b'frame')
     deadline = time.monotonic() + TIMEOUT
-    while cable.taken < 20:
+    while cable.taken < 20 * (1 + (weather.doubled == 1.0)):
         assert time.monotonic() < deadline
         time.sleep(0.01)
     cable.weather = CLEAR
     left.send(b'end')  # what comes out comes before it: nothing delays a frame here
     one.settimeout(TIMEOUT)
-    assert least <= len(list(iter(lambda: one.recv(100), b'end'))) <= most
+    came = len(list(iter(lambda: one.recv(100), b'end')))
+    assert least <= came <= most and cable.taken - cable.lost == came + 1
+
+
+@pytest.mark.parametrize(('share', 'median', 'count', 'said'), [
+    (0.2, 0.3, 50, ''),
+    (0.01, 0.3, 50, '0.010 of the frames lost instead of 0.2'),
+    (0.9, 0.3, 50, '0.900 of the frames'),
+    (0.2, 0.01, 50, 'quicker than the delay'),
+    (0.2, math.inf, 50, 'none solved'),
+    (0.2, 0.3, 0, '0 sent'),
+])  # fmt: skip
+def test_a_weather_that_was_none_is_noticed(share, median, count, said):
+    fault = network.not_tried(Weather(loss=0.2, delay=0.05, jitter=0.01), share, median, count)
+    assert said in fault and bool(said) == bool(fault)
 
 
 def test_a_cable_delays(cable):
@@ -320,6 +325,24 @@ def test_a_cable_delays(cable):
     one.send(b'frame')
     left.settimeout(TIMEOUT)
     assert left.recv(100) == b'frame' and time.monotonic() - began >= 0.15
+
+
+@pytest.mark.parametrize(('name', 'said', 'right'), [
+    ('de_DE.UTF-8', 'locale: de_DE.UTF-8 writes 0,5', True),
+    ('de_DE.UTF-8', 'locale: de_DE.UTF-8 writes 0.5', False),
+    ('de_DE.UTF-8', 'locale: C writes 0.5', False),
+    ('', 'locale: LC_CTYPE=C.UTF-8;LC_NUMERIC=C writes 0.5', True),
+    ('C', '', False),
+])  # fmt: skip
+def test_a_node_in_another_locale_than_it_should_be_in_is_noticed(name, said, right):
+    assert (habitats._not_in_it(name, f'ready: \n{said}\n') == '') == right
+
+
+def test_a_locale_that_cannot_be_made_is_skipped(tmp_path, monkeypatch):
+    assert habitats.find_locale('C', str(tmp_path)) == ({}, '')
+    assert habitats.find_locale('xx_XX.UTF-8', str(tmp_path))[1] == 'not installed'
+    monkeypatch.setattr('shutil.which', lambda name: None)
+    assert habitats.find_locale('xx_XX.UTF-8', str(tmp_path))[1] == 'not installed'
 
 
 def test_the_report_keeps_the_last_run_of_each_section(tmp_path):

@@ -1,6 +1,8 @@
-"""What goes wrong around a node: it is killed and started again, the joint states stop, simulated time stands still and
-jumps back, disks are full, the installation is read-only, two first starts share one cache, locale, time zone and hash
-seed differ. Mounts are made in a mount namespace of the node's own (root; `unshare`) and are gone with it.
+"""What goes wrong around a node: it is killed while targets stream, also in the middle of a solve, and started again;
+the joint states stop; simulated time stands still, jumps back and leaps while targets have a timeout and steps a
+velocity limit; disks are full, the installation is read-only, two first starts share one cache; locale, time zone and
+hash seed differ. Locales that are not installed are made in a folder that is gone afterwards; mounts, in a mount
+namespace of the node's own (root; `unshare`).
 """
 
 from __future__ import annotations
@@ -9,26 +11,23 @@ import contextlib
 import os
 import shutil
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rosgraph_msgs.msg import Clock
 
 from bench.process import ROOT
 from ros_ik_pkg.ik import Arm, load_arm
-from ros_ik_pkg.ros import IkClient, interface
+from ros_ik_pkg.ros import interface
 from ros_ik_pkg.tools.processes import ros_node
-from torture.peer import TIMEOUT, Peer, connected
-from torture.plan import Check, Plan, progress, skipped, unless
+from torture.clock import clock_jumps
+from torture.habitats import habitats
+from torture.kills import killed
+from torture.peer import Peer, connected
+from torture.plan import Check, Plan, skipped, unless
 from torture.running import RunningNode, running_node
 
-BACK_WITHIN = 5.0  # s from the start of the new process to the first answer
-KILLS = 5
 SILENCE = 0.5  # s
-CLOCK = (100.0, 100.1, 100.1, 100.1, 50.0, 50.1, 0.0, 1e9)  # s: it runs, stands, jumps back, stands at zero, leaps
 # Mounts a small disk at $0, fills it but for $1 kB, and becomes the node.
 SMALL_DISK = (
     'mount -t tmpfs -o size=1m tmpfs "$0" || exit 9\n'
@@ -36,42 +35,17 @@ SMALL_DISK = (
     'shift; exec "$@"'
 )
 READ_ONLY = 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec "$@"'
-HABITATS = (
-    {'LC_ALL': 'C'},
-    {'LC_ALL': 'C.UTF-8', 'TZ': 'Pacific/Kiritimati'},
-    {'LC_ALL': 'de_DE.UTF-8', 'PYTHONHASHSEED': '0'},
-    {'LC_ALL': 'tr_TR.UTF-8', 'PYTHONHASHSEED': '4294967295', 'TZ': ''},
-    {'PYTHONHASHSEED': '1', 'TZ': 'America/St_Johns', 'PYTHONUTF8': '0'},
-)
 
 
 def run(plan: Plan) -> Iterator[Check]:
     """Try each fault once, the kill several times."""
     arm = load_arm('puma560')
-    yield from killed(arm, plan.count or KILLS)
+    yield from killed(arm, plan)
     yield from silent_joint_states(arm)
-    yield clock_jumps(arm)
+    yield from clock_jumps(arm)
     yield from habitats(arm)
     yield from disks(arm)
     yield from first_starts(arm)
-
-
-def killed(arm: Arm, count: int) -> Iterator[Check]:
-    """Kill the node while a client asks; the same client is answered by the next node."""
-    times = []
-    with running_node('-p', 'seed_source:=home') as node, ros_node('torture') as own:
-        client = IkClient(own)
-        pose = Peer(rclpy.create_node('poses'), arm).pose(arm.home + 0.1)
-        fault = unless(client.solve(pose, TIMEOUT).solved, 'not solved before the kill')
-        for _ in progress(range(count), 'kill -9'):
-            node.kill()
-            began = time.monotonic()
-            node.start()
-            fault = fault or unless(client.solve(pose, TIMEOUT).solved, 'not solved after the kill')
-            times.append(time.monotonic() - began)
-        node.wait_until_ready()
-    late = unless(max(times) < BACK_WITHIN, f'more than {BACK_WITHIN:g} s')
-    yield Check(f'kill -9 and start, {count} times: back within', f'{max(times):.1f} s', fault or late)
 
 
 def silent_joint_states(arm: Arm) -> Iterator[Check]:
@@ -91,33 +65,6 @@ def silent_joint_states(arm: Arm) -> Iterator[Check]:
         levels.clear()
         well = peer.wait(lambda: peer.send_joints(arm.home) or any(level.level == b'\0' for level in levels))
         yield Check('they return', 'OK in /diagnostics', fault or unless(well, 'still a warning'))
-
-
-def clock_jumps(arm: Arm) -> Check:
-    """Answer targets with simulated time, whatever it does."""
-    with running_node('-p', 'use_sim_time:=true') as node, connected(arm) as peer:
-        publisher, faults = peer.node.create_publisher(Clock, '/clock', 10), []
-        for moment in CLOCK:
-            message = Clock()
-            message.clock.sec, message.clock.nanosec = int(moment), int(moment % 1.0 * 1e9)
-            publisher.publish(message)
-            faults.append(peer.fault(arm.home + 0.1))
-        return Check('/clock stands still and jumps back', f'{len(CLOCK)} times', ''.join(faults) or node.fault())
-
-
-def habitats(arm: Arm) -> Iterator[Check]:
-    """Start in other locales, time zones and hash seeds; the answer must be the same to the last bit."""
-    answers = [answer_in(arm, **habitat) for habitat in progress(({}, *HABITATS), 'locales')]
-    for habitat, answer in zip(HABITATS, answers[1:]):
-        what = ' '.join(f'{name}={value}' for name, value in habitat.items())
-        yield Check(what, 'the same bits', unless(answer == answers[0], f'{answer} instead of {answers[0]}'))
-
-
-def answer_in(arm: Arm, **environment: str) -> list[float] | str:
-    """Return the joints that a node in this environment finds, or what is wrong."""
-    with running_node(**environment) as node, connected(arm) as peer:
-        fault = peer.fault(arm.home + 0.3) or node.fault()
-        return fault or list(peer.solutions[max(peer.solutions)].position)
 
 
 def disks(arm: Arm) -> Iterator[Check]:

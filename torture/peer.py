@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -26,12 +26,11 @@ from ros_ik_pkg.ros.parameters import PARAMETERS
 from ros_ik_pkg.ros.process import make_executor
 from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
+from torture.waypoints import SECOND, is_of_a_sender
 
 TIMEOUT = 20.0  # s without an answer: a hang
 START_TIMEOUT = 60.0  # s
 TOLERANCE = 1e-5  # m, rad: the default
-SECOND = 10**9  # ns
-FIRST_OF_OTHERS = 2 * SECOND  # ns; a peer's stamps are smaller, others' are the time since the machine was started
 DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
 
 
@@ -88,7 +87,7 @@ class Peer:
         stamp, now = _nanoseconds(message), time.monotonic()
         if stamp in self.sent:
             self.solutions[stamp], self.arrived[stamp] = message, now
-        elif self.on_others and stamp > FIRST_OF_OTHERS:
+        elif self.on_others and is_of_a_sender(stamp):
             self.on_others.solution(stamp, message.name, message.position, now)
 
     def _on_result(self, message: DiagnosticArray) -> None:
@@ -96,7 +95,7 @@ class Peer:
         self.heard += 1
         if stamp in self.sent:
             self.outcomes[stamp] = outcome
-        elif self.on_others and stamp > FIRST_OF_OTHERS:
+        elif self.on_others and is_of_a_sender(stamp):
             self.on_others.result(stamp, outcome)
 
     def forget(self) -> None:
@@ -202,13 +201,17 @@ class Peer:
             self._one_by_one.call_async(SetParameters.Request(parameters=[change]))
             self.spin(0.001)
 
-    def set_defaults(self) -> str:
-        """Set every parameter to its default; say what is wrong with that."""
-        plain = [(name, list(value) if isinstance(value, tuple) else value) for name, value in DEFAULTS.items()]
+    def set_values(self, values: Mapping[str, Any]) -> str:
+        """Set parameters by name; say what is wrong with that."""
+        plain = [(name, list(value) if isinstance(value, tuple) else value) for name, value in values.items()]
         results = self.set_parameters([Parameter(name, value=value).to_parameter_msg() for name, value in plain])
         if results is None:
-            return 'no answer of the parameter service'
-        return '' if results[0].successful else f'defaults refused: {results[0].reason}'
+            return f'no answer of the parameter service to {list(values)}'
+        return '' if results[0].successful else f'refused: {results[0].reason}'
+
+    def set_defaults(self) -> str:
+        """Set every parameter to its default; say what is wrong with that."""
+        return self.set_values(DEFAULTS)
 
 
 def _nanoseconds(message: Any) -> int:

@@ -21,7 +21,8 @@ from bench.process import ROOT
 START_TIMEOUT = 900.0  # s; two first starts at once compile on every core, for minutes where others need them too
 STOP_TIMEOUT = 20.0  # s
 PAGE = os.sysconf('SC_PAGE_SIZE')
-NODE, COUNTED_NODE = 'ros_ik_pkg.ros.ik_node', 'torture.counted_node'
+NODE = 'ros_ik_pkg.ros.ik_node'
+COUNTED_NODE, LOCALIZED_NODE = 'torture.counted_node', 'torture.localized_node'
 COUNTS_FILE = 'ROS_IK_TORTURE_COUNTS'  # variable of the environment
 TARGETS, JOINT_STATES = range(2)  # places in the file of counts
 

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from itertools import cycle
 
 import numpy as np
-from rclpy.parameter import Parameter
 
 from ros_ik_pkg.ik import METHODS, load_arm
 from torture.everything import Everything
@@ -93,7 +92,7 @@ class Soak:
             self._peer.spin(STEP)
             self.usages.append(self._node.usage())
             if len(self.usages) % 2 == 0:
-                if fault := change(next(self._changes), self._peer):
+                if fault := self._peer.set_values(next(self._changes)):
                     return fault
                 self._made['changes'] += 1
         return ''
@@ -115,14 +114,6 @@ class Soak:
             f'{sent.targets} targets, {made["solved"]} solved, {sent.joint_states} joint states, '
             f'{made["changes"]} changes, {made["stale"]} after a newer one'
         )
-
-
-def change(values: dict, peer: Peer) -> str:
-    """Set parameters; say what went wrong."""
-    results = peer.set_parameters([Parameter(name, value=value).to_parameter_msg() for name, value in values.items()])
-    if results is None:
-        return f'no answer to {values}'
-    return '' if results[0].successful else results[0].reason
 
 
 def after_warm_up(usages: Sequence[Usage]) -> Sequence[Usage]:

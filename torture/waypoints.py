@@ -12,6 +12,7 @@ SPREAD = 0.4  # rad around home
 WAYPOINTS, CLIENTS = 500, 20
 TICK = WAYPOINTS * CLIENTS  # ns: the last digits of a stamp say which waypoint of which client
 SECOND = 10**9  # ns
+FIRST, LAST = 2 * SECOND, 10**17  # ns, since the machine was started
 
 
 def waypoints(arm: Arm, seed: int) -> np.ndarray:
@@ -30,6 +31,11 @@ class Stamps:
         """Return the stamp [ns] of a target that is sent now."""
         self._tick = max(self._tick + 1, time.monotonic_ns() // TICK)
         return self._tick * TICK + client * WAYPOINTS + which
+
+
+def is_of_a_sender(stamp: int) -> bool:
+    """Whether a stamp is of this kind: a peer's are smaller, those of the time of day larger."""
+    return FIRST < stamp < LAST
 
 
 def sent_at(stamp: int) -> float:
