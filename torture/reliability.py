@@ -11,7 +11,8 @@ from bench.process import ROOT
 
 INTRODUCTION = """# Reliability
 
-Written by `scripts/torture`, section by section; run it again instead of editing this. Each section shows its last run.
+Written by `scripts/torture`, section by section; run it again instead of editing this. Each section shows its last full
+run.
 """
 HEADING = re.compile(r'^## ', re.M)
 NOT_THE_CODE = ':!docs/reliability.md'  # what the section before has just written
