@@ -1,6 +1,6 @@
 """Start the panel, and an IK node for it: `ros2 launch ros_ik_pkg panel.launch.py robot:=panda`.
 
-With `start_node:=false` the panel talks to a node that runs already. The panel needs viser and plotly: pip install
+With `start_node:=false` the panel talks to a node that runs already. The panel needs viser and yourdfpy: pip install
 them, or use scripts/panel, which does.
 """
 

@@ -20,6 +20,7 @@ BROWSERS = ('chromium', 'chromium-browser', 'google-chrome')
 FLAGS = (
     '--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync',
+    '--disable-gpu-compositing',  # twice the frames where the graphics card is a program: the page around needs none
 )  # fmt: skip
 START_TIMEOUT = 900.0  # s; the first start on a machine compiles, a busy one for minutes
 PAGE_TIMEOUT = 120e3  # ms; without a graphics card two cores draw a frame in a second, where nothing else is to do
@@ -28,7 +29,7 @@ STOP_TIMEOUT = 60.0  # s; far beyond what it takes
 
 def need_browser() -> None:
     """Skip the test where there is no browser, no Playwright or no viser; fail where they are required."""
-    missing = [name for name in ('viser', 'plotly', 'playwright') if not _is_installed(name)]
+    missing = [name for name in ('viser', 'playwright') if not _is_installed(name)]
     if not any(map(shutil.which, BROWSERS)):
         missing.append('a chromium in the PATH')
     if missing:

@@ -73,7 +73,7 @@ class ArmDrawing:
         rotation = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.asarray(axis, dtype=float))
         self._scene.add_cylinder(
             name, radius, length, color=colour, opacity=self._opacity, position=position,
-            wxyz=np.roll(rotation.coeffs(), 1), cast_shadow=self._opacity is None,
+            wxyz=np.roll(rotation.coeffs(), 1),
         )  # fmt: skip
 
     def _radius(self, joint: int) -> float:

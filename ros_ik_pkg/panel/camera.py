@@ -7,10 +7,15 @@ import contextlib
 import numpy as np
 import viser
 
-FROM = np.array([1.9, -1.7, 0.8])  # direction and distance, in what is to be seen: the front right, from above
+FROM = np.array([1.9, -1.7, 0.8])  # direction and distance, in lengths of what is to be seen: the front right, above
 FIELD = np.radians(40.0)
-MARGIN = 2.0  # a point so many times nearer to the middle than the arm is long is well in view, in a narrow page too
-SLACK = 1.25  # the view changes only where it would show so much more or less
+NARROW = 0.65  # width over height of the view in the narrowest page
+AROUND = 0.22  # of the arm's length: the gizmo around the target is to be seen too
+CLOSER = 0.75  # the view comes closer again only where so much of the distance would do
+
+FORWARD = -FROM / np.linalg.norm(FROM)
+RIGHT = np.cross(FORWARD, [0.0, 0.0, 1.0]) / np.linalg.norm(FORWARD[:2])
+UP = np.cross(RIGHT, FORWARD)
 
 
 class Camera:
@@ -18,25 +23,30 @@ class Camera:
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._server = server
-        self._middle, self._size, self._reach = np.zeros(3), 1.0, 0.0
+        self._middle, self._size, self._distance = np.zeros(3), 1.0, 0.0
 
     def begin(self, size: float, floor: float) -> None:
         """Look at an arm of this length on a floor at this height [m]; the next `follow` moves the cameras."""
         self._middle, self._size = np.array([0.28 * size, 0.0, 0.2 * size + 0.3 * floor]), size
-        self._reach = 0.0
+        self._distance = 0.0
 
     def follow(self, point: np.ndarray) -> None:
         """Show as much as it takes to see a point (3,) beside the arm; where that is in view, nothing moves."""
-        reach = max(self._size, MARGIN * float(np.linalg.norm(point - self._middle)))
-        if self._reach and 1.0 / SLACK < reach / self._reach < SLACK:
+        needed = max(self._size, self._needed(point - self._middle))
+        if CLOSER * self._distance < needed <= self._distance:
             return
-        self._reach = reach
-        pose = self._middle, self._middle + reach * FROM
+        self._distance = needed
+        pose = self._middle, self._middle + needed * FROM
         self._aim(self._server.initial_camera, *pose)
         self._server.initial_camera.fov = FIELD
         for client in self._server.get_clients().values():
             with contextlib.suppress(AssertionError):  # of one that has not said yet where it is: it begins there
                 self._aim(client.camera, *pose)
+
+    def _needed(self, offset: np.ndarray) -> float:
+        """Return from how far, in lengths of FROM, what is this far (3,) from the middle is in view."""
+        beside = np.abs([offset @ RIGHT / NARROW, offset @ UP]) + AROUND * self._size
+        return float((beside.max() / np.tan(FIELD / 2) - offset @ FORWARD) / np.linalg.norm(FROM))
 
     @staticmethod
     def _aim(camera: viser.InitialCameraConfig | viser.CameraHandle, middle: np.ndarray, place: np.ndarray) -> None:

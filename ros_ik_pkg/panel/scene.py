@@ -30,7 +30,8 @@ class Scene:
 
     def __init__(self, server: viser.ViserServer, moved: Callable[[np.ndarray], object]) -> None:
         self._server, self._scene, self._moved = server, server.scene, moved
-        self._scene.configure_default_lights(cast_shadow=True)
+        # Shadows take half of the frames of a page without a graphics card, and a frame is when a page takes messages.
+        self._scene.configure_default_lights(cast_shadow=False)
         self._camera = Camera(server)
         self._paths: dict[str, viser.LineSegmentsHandle] = {}
         self._shown = self._goal = np.empty(0)
@@ -113,13 +114,13 @@ class Scene:
     def _add_floor(self, arm: Arm, size: float) -> None:
         height = floor_of(arm)
         self._floor = self._scene.add_grid(
-            '/floor', 4 * size, 4 * size, cell_size=0.1, section_size=0.5, shadow_opacity=0.12,
-            fade_distance=4.5 * size, fade_strength=1.5, position=(0.0, 0.0, height),
+            '/floor', 4 * size, 4 * size, cell_size=0.1, section_size=0.5,
+            fade_distance=8.0 * size, fade_strength=1.5, position=(0.0, 0.0, height),
         )  # fmt: skip
         self.choose_theme(self._dark)
         if height < 0.0:
             self._scene.add_cylinder(
-                '/column', 0.045 * size, -height, color=JOINT, position=(0.0, 0.0, height / 2), cast_shadow=True
+                '/column', 0.045 * size, -height, color=JOINT, position=(0.0, 0.0, height / 2)
             )
 
     def _add_target(self, size: float) -> None:
@@ -127,7 +128,7 @@ class Scene:
             '/target', scale=GIZMO * size, line_width=3.0, depth_test=False
         )
         self._scene.add_icosphere(
-            '/target/point', TARGET_RADIUS * size, color=rgb(TARGET), opacity=0.6, cast_shadow=False
+            '/target/point', TARGET_RADIUS * size, color=rgb(TARGET), opacity=0.6
         )
 
         @self._gizmo.on_update
