@@ -29,6 +29,13 @@ def assign(into, values):
 
 
 @inlined
+def fill(into, value):
+    """Set every number of a vector."""
+    for i in range(len(into)):
+        into[i] = value
+
+
+@inlined
 def gram(columns, diagonal):
     """Return the lower triangle of J J^T + diag(diagonal), its 21 numbers row by row.
 

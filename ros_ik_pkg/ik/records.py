@@ -145,13 +145,13 @@ def unpack_model(model, n):
     a = 12 * (joints + 1)
     b = a + 4 * joints
     c = b + 3 * n
-    per_joint, per_variable = shaped(model[a:], (4, joints)), shaped(model[b:], (3, n))
+    per_joint, per_variable = shaped(model, a, (4, joints)), shaped(model, b, (3, n))
     geometry = Geometry(
-        shaped(model, (joints + 1, 12)),
+        shaped(model, 0, (joints + 1, 12)),
         per_joint[0], per_joint[1], per_joint[2], per_joint[3],
         per_variable[0], per_variable[1], per_variable[2],
     )  # fmt: skip
-    return geometry, Reach(model[c : c + 3], model[c + 3 : c + 6], model[c + 6 : c + 8])
+    return geometry, Reach(shaped(model, c, (3,)), shaped(model, c + 3, (3,)), shaped(model, c + 6, (2,)))
 
 
 @inlined
@@ -168,13 +168,13 @@ def make_records(joints, n, buffer, scores, integers, rows):
     """
     a = 144 + 6 * joints
     b, c, d = a + 12 * n, a + 24 * n, a + 30 * n
-    squares, sixes = shaped(buffer, (3, 6, 6)), shaped(buffer[108:], (6, 6))
-    by_column = shaped(buffer[a:], (2, n, 6))
-    by_row, vectors = shaped(buffer[b:], (2, 6, n)), shaped(buffer[c:], (6, n))
+    squares, sixes = shaped(buffer, 0, (3, 6, 6)), shaped(buffer, 108, (6, 6))
+    by_column = shaped(buffer, a, (2, n, 6))
+    by_row, vectors = shaped(buffer, b, (2, 6, n)), shaped(buffer, c, (6, n))
     work = Workspace(
-        shaped(buffer[144:], (joints, 6)), by_column[0],
+        shaped(buffer, 144, (joints, 6)), by_column[0],
         sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
         vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5], by_column[1],
-        scores, integers[:2],
+        scores, shaped(integers, 0, (2,)),
     )  # fmt: skip
-    return work, Recorder(rows, integers[2:], squares[2], by_row[1], sixes[4]), shaped(buffer[d:], (1, n))
+    return work, Recorder(rows, shaped(integers, 2, (1,)), squares[2], by_row[1], sixes[4]), shaped(buffer, d, (1, n))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ros_ik_pkg.ik.approach import approach
 from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, DIVERGED, OSCILLATING, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.clock import passed
@@ -55,7 +57,8 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
     best_norm, failure = math.inf, CONVERGED
-    steps, taken, attempts, found, news, nearer, first, late = 0, 0, 0, 0, 0, 0, -1, False
+    steps, found, news, nearer, first, late = 0, 0, 0, 0, -1, False
+    taken, attempts = 0, 0
     if budget < 1.0:  # no descents: the closest approach from the seed alone
         failure = STALLED
         assign(work.best, work.q)
@@ -65,8 +68,9 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
         cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
         pause = LOOK if attempts == 0 and taken == 0 and may_leave_seed else -1
         status, taken, position_error, orientation_error, norm, nearest = descend(
-            geometry, task, tuning, cap, patience, progress, stop_time, attempts, taken, pause, work, recorder
-        )
+            geometry, task, tuning, cap, patience, progress, stop_time,
+            np.int64(attempts), np.int64(taken), pause, work, recorder,  # as literals they would compile it twice
+        )  # fmt: skip
         if status == PAUSED:
             score_starts(starts, task, scale, work.scores)
             first, status = nearest_start(work.scores), STALLED

@@ -9,7 +9,7 @@ import numpy as np
 from ros_ik_pkg.ik.attempt import CONVERGED
 from ros_ik_pkg.ik.clock import now
 from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
-from ros_ik_pkg.ik.linalg import assign
+from ros_ik_pkg.ik.linalg import assign, fill
 from ros_ik_pkg.ik.recorder import singular_figures
 from ros_ik_pkg.ik.records import (
     TUNABLES,
@@ -47,8 +47,8 @@ def solve_one(model, starts, numbers, target, seed, row):
     """
     n = len(row) - WIDTH
     memory = np.empty(memory_size(model, starts, n, 1))
-    nothing = shaped(row, (0, 0))
-    solve_rows(model, starts, numbers, target, seed, seed, shaped(row, (1, len(row))), nothing, nothing, memory)
+    out, nothing = shaped(row, 0, (1, len(row))), shaped(row, 0, (0, 0))
+    solve_rows(model, starts, numbers, target, seed, seed, out, nothing, nothing, memory)
     return row[n + STATUS] != NOT_AN_ARGUMENT
 
 
@@ -75,28 +75,32 @@ def solve_rows(model, starts, numbers, targets, seeds, references, out, answers,
     n = out.shape[1] - WIDTH
     a = 3 + buffer_size(count_joints(model, n), n)
     b = a + (starts.shape[1] + 1) // 2
-    integers, buffer = memory[:3].view(np.int64), memory[3:a]
-    scores, ranks = memory[a:b].view(np.float32)[: starts.shape[1]], memory[b:]
-    integers[:] = 0
+    integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (a - 3,))
+    scores, ranks = shaped(memory, a, (b - a,)).view(np.float32), shaped(memory, b, (len(memory) - b,))
+    scores = shaped(scores, 0, (starts.shape[1],))
+    integers[2] = 0
     geometry, reach = unpack_model(model, n)
     work, recorder, one = make_records(len(geometry.prismatic), n, buffer, scores, integers, rows)
     kept = answers if len(answers) > 0 else one
-    tuning, weights, tolerances = tuning_of(numbers), numbers[TUNABLES : TUNABLES + 6], numbers[TUNABLES + 6 : LISTS]
-    joint_weights, posture = numbers[LISTS + 1 : LISTS + 1 + int(numbers[LISTS])], numbers[-n:]
+    tuning = tuning_of(numbers)
+    weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
+    joint_weights = shaped(numbers, LISTS + 1, (int(numbers[LISTS]),))
+    posture = shaped(numbers, len(numbers) - n, (n,))
     given = len(numbers) - LISTS - 1 - len(joint_weights)
     fits = given in (0, n) and len(joint_weights) in (0, n)
     for k in range(len(out)):
         began = now(work.clock)
-        q, row, T = out[k, :n], out[k, n:], targets[4 * k : 4 * k + 4]
-        seed, reference = seeds[k * n : k * n + n], references[k * n : k * n + n]
+        q, row = shaped(out, k * (n + WIDTH), (n,)), shaped(out, k * (n + WIDTH) + n, (WIDTH,))
+        T, seed = shaped(targets, 16 * k, (4, 4)), shaped(seeds, k * n, (n,))
+        reference = shaped(references, k * n, (n,))
         assign(q, seed)
-        row[:] = math.nan
+        fill(row, math.nan)
         row[STATUS] = NOT_AN_ARGUMENT
         if not (fits and is_pose(T) and finite(seed) and finite(reference)):
             continue
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
-        ranks[:] = math.inf
+        fill(ranks, math.inf)
         task = make_task(T, weights, tolerances, tuning.task_frame)
         assign(work.weights, weights)
         preferences = Preferences(joint_weights, posture if given > 0 else reference)

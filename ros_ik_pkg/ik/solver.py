@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy import empty, ndarray
 
 from ros_ik_pkg.ik.compiled import CACHE_FOLDER, NOT_SAVED
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
@@ -83,11 +84,11 @@ def solve(
     if seed is None:
         seed = arm.home
     # As the compiled code takes them. Written out: a call for each would take a tenth of the time of a solve.
-    if not (type(target) is np.ndarray and target.dtype == FLOAT and target.shape == POSE and target.flags.carray):
+    if not (type(target) is ndarray and target.dtype == FLOAT and target.shape == POSE and target.flags.carray):
         target = _array(getattr(target, 'homogeneous', target), 'target', POSE)
-    if not (type(seed) is np.ndarray and seed.dtype == FLOAT and seed.shape == (n,) and seed.flags.carray):
+    if not (type(seed) is ndarray and seed.dtype == FLOAT and seed.shape == (n,) and seed.flags.carray):
         seed = _array(seed, 'seed', (n,))
-    row = np.empty(n + WIDTH)
+    row = empty(n + WIDTH)
     if trace or reference is not None or options.choice == 'all':
         return _solve_at_length(arm, target, seed, options, reference, trace, row)
     if not solve_one(arm.packed, arm.starts, options.numbers, target, seed, row):
