@@ -6,6 +6,7 @@ import argparse
 import importlib
 import math
 import shlex
+import signal
 import sys
 import traceback
 from collections.abc import Iterator
@@ -116,4 +117,5 @@ def closing_lines(found: dict[str, list[Check]], plan: Plan) -> Iterator[str]:
 
 
 if __name__ == '__main__':
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # or the nodes would go on without us
     sys.exit(main())
