@@ -342,6 +342,7 @@ def test_the_picture_shows_every_method_in_every_plot(notes, runs):
     for plot in axes[3:]:
         labels = {mark.get_text(): place for place, mark in zip(plot.get_xticks(), plot.get_xticklabels())}
         assert all(place == pytest.approx(np.log10(1 + int(text))) for text, place in labels.items())
+    assert all(2 <= len(axis.get_majorticklocs()) <= 6 for axis in (axes[2].xaxis, axes[2].yaxis, axes[2].zaxis))
     assert {line.get_color() for line in axes[0].get_lines()} == set(COLOURS.values())
     assert axes[0].get_ylim()[0] == 1e-8
 

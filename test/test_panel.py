@@ -102,7 +102,7 @@ def screenshot(page, request):
             close = page.locator('.mantine-Notification-closeButton')
             if close.count():
                 close.first.click()
-            page.wait_for_timeout(45e3)  # the software renderer draws a frame in seconds
+            page.wait_for_timeout(15e3)  # the software renderer draws a frame in a second, and the arm moves for many
             page.screenshot(path=Path(folder) / name, timeout=200e3)
 
     return write

@@ -120,8 +120,9 @@ def _equal_scales(axes: Axes) -> None:
     limits += np.outer((wanted - spans) / 2, [-1, 1])
     axes.set(xlim=limits[0], ylim=limits[1], zlim=limits[2])
     axes.set_box_aspect(wanted, zoom=BOX)
-    for axis, span in zip((axes.xaxis, axes.yaxis, axes.zaxis), wanted):
-        axis.set_major_locator(matplotlib.ticker.MaxNLocator(max(round(4 * span / longest), 1)))
+    for axis, (low, high) in zip((axes.xaxis, axes.yaxis, axes.zaxis), limits.tolist()):
+        marks = matplotlib.ticker.MaxNLocator(max(round(4 * (high - low) / longest), 1)).tick_values(low, high)
+        axis.set_ticks([mark for mark in marks if low <= mark <= high])  # of a locator, some releases choose the number
 
 
 def draw_joints(grid: np.ndarray, problem: Problem, runs: Sequence[MethodRun]) -> None:

@@ -30,7 +30,7 @@ STYLE = f"""<style>
 .ik .node {{ font-weight: 600; font-size: 14px }} .ik .words {{ opacity: .85; margin-top: 5px }}
 .ik .note {{ opacity: .65; font-size: 12px; padding-top: 3px; white-space: nowrap }}
 .ik.old {{ opacity: .35 }}
-.ik .tip {{ table-layout: fixed }} .ik .tip :is(th, td) {{ padding: 2px 1px; font-size: 12.5px }}
+.ik .tip {{ table-layout: fixed }} .ik .tip :is(th, td) {{ padding: 2px 1px; font-size: 12px }}
 .ik .plot {{ position: relative; height: calc((100vh - {ABOVE_PLOTS}px) / 2); min-height: {SHORTEST_PLOT}px;
   margin-top: 8px; font-size: 11px; font-variant-numeric: tabular-nums }}
 .ik .plot b {{ position: absolute; left: 0; top: 0; font-size: 12px; font-weight: 600 }}
