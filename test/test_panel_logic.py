@@ -293,6 +293,21 @@ def test_after_a_failure_no_arm_and_no_tip_are_left_of_the_target_before(panel):
     assert '0.432' not in panel._controls._tip.content and 'no solution' in panel._controls._tip.content
 
 
+def test_what_is_typed_right_after_a_preset_counts(panel, monkeypatch):
+    calls = {}
+    monkeypatch.setattr(type(panel._controls), '_on', lambda self, handle, call: calls.setdefault(id(handle), call))
+    with panel._server.gui.add_folder('again'):
+        panel._controls._add_target()
+    ticks(panel)
+    panel.choose_preset('Lecture notes')
+    typed = calls[id(panel._controls._position)]
+    panel.tick()  # writes the preset to the field, over what was typed in the meantime
+    panel._events.put(lambda: typed((0.35, 0.3, 0.6)))
+    panel.tick()
+    np.testing.assert_allclose(panel._problem.target[:3, 3], [0.35, 0.3, 0.6])
+    np.testing.assert_allclose(panel._controls._position.value, [0.35, 0.3, 0.6])
+
+
 def test_the_title_counts_the_methods(panel, monkeypatch):
     labels = []
     monkeypatch.setattr(panel._readings._gui, 'set_panel_label', labels.append)

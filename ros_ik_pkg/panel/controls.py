@@ -92,8 +92,9 @@ class Controls:
         with self._gui.add_folder('Target'):
             self._position = self._gui.add_vector3('x y z [m]', (0.0, 0.0, 0.0), step=0.001)
             self._rotation = self._gui.add_vector3('r p y [°]', (0.0, 0.0, 0.0), step=0.1)
-        for handle in (self._position, self._rotation):
-            self._on(handle, lambda _: self._actions.set_target(pose([*self._position.value, *self._rotation.value])))
+        # What was typed, not what the field holds by then: a preset that was chosen before may have written to it.
+        self._on(self._position, lambda value: self._actions.set_target(pose([*value, *self._rotation.value])))
+        self._on(self._rotation, lambda value: self._actions.set_target(pose([*self._position.value, *value])))
 
     def show_robots(self, names: Iterable[str], chosen: str) -> None:
         """Offer these robots, one of them chosen."""
@@ -113,7 +114,9 @@ class Controls:
         self._tip.content = tip_html(None if base_from_tip is None else numbers_of(base_from_tip), text)
 
     def show_target(self, target: np.ndarray) -> None:
-        """Set the fields to the target (4, 4)."""
+        """Set the fields to the target (4, 4), those that show another one."""
         numbers = numbers_of(target)
-        self._position.value = tuple((numbers[:3].round(4) + 0.0).tolist())  # no minus before a zero
-        self._rotation.value = tuple((numbers[3:].round(2) + 0.0).tolist())
+        for handle, part, digits in ((self._position, numbers[:3], 4), (self._rotation, numbers[3:], 2)):
+            values = tuple((part.round(digits) + 0.0).tolist())  # no minus before a zero
+            if handle.value != values:
+                handle.value = values

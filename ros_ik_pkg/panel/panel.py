@@ -252,7 +252,7 @@ class Panel:
         self._problem = Problem(self._arm, self._problem.seed, target)
         if not dragged:
             self._scene.show_target(target)
-        self._dirty, self._target_changed = True, dragged
+        self._dirty = self._target_changed = True
 
     def set_joint(self, joint: int, position: float) -> None:
         """Take the position [rad, m] of one joint of the seed."""
