@@ -1,8 +1,8 @@
 """Targets at 500 Hz beside joint states at 1000 Hz, by a process that only sends, while somebody listens to every topic
 that the node has; a change of parameters every two seconds, the robot loaded anew and all methods compared among them.
 Memory, file handles and threads of the node are read from /proc every second; what counts is what they do after the
-first tenth of the time, in short runs after two minutes or half of it. The rates must be reached to 90 %, and the node must
-answer at least a tenth of the targets.
+first tenth of the time, in short runs after two minutes or half of it. The rates must be reached to 90 %, and the node
+must answer at least a tenth of the targets.
 """
 
 from __future__ import annotations
