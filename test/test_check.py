@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import resource
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -72,3 +75,19 @@ def test_what_is_within_a_row_s_tolerance_is_no_fault():
     target[0, 3] += 0.009
     assert fault_of(arm.home, target, arm, SolveOptions(task_tolerances=(0.01, 0, 0, 0, 0, 0))) == ''
     assert '0.001 m off' in fault_of(arm.home, target, arm, SolveOptions(task_tolerances=(0.008, 0, 0, 0, 0, 0)))
+
+
+def resident() -> int:
+    """Return how much memory this process holds [bytes]."""
+    return int(Path('/proc/self/statm').read_text().split()[1]) * resource.getpagesize()
+
+
+def test_judging_many_answers_takes_no_memory():
+    # pinocchio.Quaternion(matrix) would lose 80 bytes each time.
+    target, options = ARM.forward(ARM.home), SolveOptions(task_weights=(1, 1, 1, 1, 1, 0))
+    for _ in range(1000):
+        fault_of(ARM.home, target, ARM, options)
+    before = resident()
+    for _ in range(100_000):
+        fault_of(ARM.home, target, ARM, options)
+    assert resident() - before < 4e6

@@ -112,4 +112,4 @@ def floor_of(arm: Arm) -> float:
 
 def wxyz_of(transform: np.ndarray) -> np.ndarray:
     """Return the quaternion w x y z of a pose (4, 4)."""
-    return np.roll(pin.Quaternion(np.ascontiguousarray(transform[:3, :3])).coeffs(), 1)
+    return np.roll(pin.SE3ToXYZQUAT(pin.SE3(transform))[3:], 1)  # pinocchio.Quaternion(matrix) loses 80 bytes a call

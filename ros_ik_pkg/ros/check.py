@@ -54,7 +54,8 @@ def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
     """Return the logarithm (3,) of a rotation [rad], with all digits near half a turn, where pinocchio.log3 has fewer:
     an axis that is free may well be off by so much."""
-    x, y, z, w = pin.Quaternion(np.ascontiguousarray(rotation)).coeffs()
+    # Not by pinocchio.Quaternion(matrix), which loses 80 bytes at every call.
+    x, y, z, w = pin.SE3ToXYZQUAT(pin.SE3(rotation, np.zeros(3)))[3:]
     vector = np.copysign(1.0, w) * np.array([x, y, z])
     sine = np.linalg.norm(vector)
     return vector * (2.0 * np.arctan2(sine, abs(w)) / sine) if sine > 0.0 else vector
