@@ -208,7 +208,8 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     notice.start()
     try:
         arm = load_arm('planar3r')
-        solve(arm, arm.forward(arm.home), arm.home)
+        for trace in (False, True):  # the two doors, solve_one and solve_range
+            solve(arm, arm.forward(arm.home), arm.home, trace=trace)
         arm.jacobian(arm.home)
         passes(arm.packed, DEFAULT_OPTIONS.numbers, pose_matrix(*IDENTITY), arm.home)
     finally:
