@@ -137,7 +137,7 @@ def _add(
 def make_group(random: np.random.Generator, count: int) -> Group:
     """Make up `count` solves."""
     judge = _shipped_arm(random) if random.random() < SHIPPED else _made_up_arm(random)
-    _ = judge.arm.starts  # made once for an arm, by the node when it loads one: no part of a solve
+    _ = judge.arm.packed  # made once for an arm, by the node when it loads one: no part of a solve
     seeds = random_seeds(judge.arm, random, count)
     targets = random_targets(judge, random, seeds)
     return Group(judge, random_options(random, judge.arm), targets, seeds, random_seeds(judge.arm, random, count))

@@ -13,7 +13,7 @@ from bench.cases import bounds
 from ros_ik_pkg.ik import METHODS, Arm, SolveOptions, load_arm
 from ros_ik_pkg.ik.compiled import compiled, kernel
 from ros_ik_pkg.ik.kinematics import walk
-from ros_ik_pkg.ik.records import count_joints, unpack_model
+from ros_ik_pkg.ik.records import joints_size, make_joints, unpack_model
 from ros_ik_pkg.ik.solve_range import STEPS, WIDTH, solve_range
 from ros_ik_pkg.ik.solver import NOTHING
 
@@ -44,7 +44,7 @@ def iteration_time(arm: Arm, method: str, targets: np.ndarray, seeds: np.ndarray
     rows, columns, out = targets.reshape(-1, 4), seeds.ravel(), np.empty((len(targets), arm.n + WIDTH))
 
     def descend(numbers: np.ndarray) -> int:
-        solve_range(arm.packed, arm.starts, numbers, rows, columns, columns, out, NOTHING, NOTHING)
+        solve_range(arm.packed, numbers, rows, columns, columns, out, NOTHING, NOTHING)
         return int(out[:, arm.n + STEPS].sum())
 
     def run(steps: int) -> tuple[float, int]:
@@ -71,15 +71,16 @@ def best_time(function: Callable[[], int]) -> tuple[float, int]:
 @compiled
 def walk_all(model, configurations):
     """Walk the chain once for each configuration (m, n); return how many."""
-    return _walk_all(model, configurations, np.empty((count_joints(model, configurations.shape[1]), 6)))
+    return _walk_all(model, configurations, np.empty(joints_size(model)))
 
 
 @kernel
-def _walk_all(model, configurations, axes):
+def _walk_all(model, configurations, memory):
     """Do what walk_all says; a kernel, since only kernels may hold the views of an arm."""
-    geometry, _ = unpack_model(model, configurations.shape[1])
+    geometry, _, _ = unpack_model(model)
+    joints = make_joints(model, memory)
     total = 0.0
     for k in range(len(configurations)):
-        _, p = walk(geometry, configurations[k], axes)
+        _, p = walk(geometry, configurations[k], joints)
         total += p[0]
     return len(configurations) if total < math.inf else 0

@@ -11,7 +11,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from ros_ik_pkg.ik import SolveOptions, load_arm
-from ros_ik_pkg.ik.records import Tuning, Workspace
+from ros_ik_pkg.ik.records import Joints, Tuning, Workspace, blocks
 from ros_ik_pkg.ik.steps import take_step
 
 SIX_ROWS = np.ones(6)
@@ -116,10 +116,11 @@ def tuning(**options):
 
 def make_workspace(joints, n, starts=1):
     """Make what kernels write to, for a chain of that many joints and variables."""
+    angles = np.zeros((3, blocks(joints)))
     return Workspace(
-        axes=np.empty((joints, 6)), columns=np.empty((n, 6)), e=np.empty(6), weights=np.ones(6), y=np.empty(6),
-        A=np.empty((6, 6)),
-        diagonal=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)), sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
+        joints=Joints(np.empty((joints, 6)), *angles), columns=np.empty((n, 6)), e=np.empty(6), weights=np.ones(6),
+        y=np.empty(6), A=np.empty((6, 6)), rhs=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)),
+        sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
         near=np.empty(n), best=np.empty(n), null=np.empty(n), went=np.empty(n), trial=np.empty((n, 6)),
         scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
     )  # fmt: skip

@@ -17,7 +17,7 @@ from numerics import get_arm
 import ros_ik_pkg
 from ros_ik_pkg.ik import CHOICES, METHODS, SolveOptions, compiled, load_arm, solve, solve_batch
 from ros_ik_pkg.ik.kinematics import forward_kinematics, geometric_jacobian
-from ros_ik_pkg.ik.solve_range import solve_range
+from ros_ik_pkg.ik.solve_range import solve_one, solve_range
 
 HOME = Path(ros_ik_pkg.__file__).parents[1]
 
@@ -38,6 +38,7 @@ def test_one_compiled_solve_serves_every_arm_option_and_form_of_a_call():
         solve_batch(arm, np.broadcast_to(target, (3, 4, 4)), fixed, workers=2)
         solve_batch(arm, [target] * 2, np.tile(arm.home, (2, 1)), references=arm.home, workers=1)
     assert len(solve_range.signatures) == 1
+    assert len(solve_one.signatures) == 1
 
 
 def test_one_compiled_kinematics_serves_every_form_of_a_configuration():
@@ -64,6 +65,46 @@ def in_a_new_process(program, **environment):
 
 FOLDER = 'from ros_ik_pkg.ik.compiled import CACHE_FOLDER; print(CACHE_FOLDER)'
 SINE = f'from ros_ik_pkg.ik.sincos import sincos; print(sincos(0.5)); {FOLDER}'
+AFTER_WARM_UP = """
+import numpy as np
+from numba.core.event import install_recorder
+from ros_ik_pkg.ik import SolveOptions, load_arm, solve, solve_batch, warm_up
+from ros_ik_pkg.ik.solver import passes, pose_matrix
+warm_up()
+with install_recorder('numba:compile') as compilations:
+    for name in ('puma560', 'panda'):
+        arm = load_arm(name)
+        target = arm.forward(arm.home)
+        for options in (SolveOptions(), SolveOptions(method='sdls', choice='all', null_space='posture')):
+            solve(arm, target, options=options, trace=True)
+            solve(arm, np.asfortranarray(target), arm.home.tolist(), options, reference=arm.home)
+        solve_batch(arm, [target])
+        arm.jacobian(arm.home)
+        passes(arm.packed, SolveOptions().numbers, pose_matrix(0.1, 0.2, 0.3, 0.0, 0.0, 0.0, 1.0), arm.home)
+print([str(event.data['dispatcher']) for _, event in compilations.buffer])
+"""
+
+
+def test_nothing_is_compiled_after_the_warm_up():
+    assert in_a_new_process(AFTER_WARM_UP).splitlines()[-1] == '[]'
+
+
+def types_of(*values):
+    """The types by which Numba knows arrays."""
+    return [numba.typeof(value) for value in values]
+
+
+def test_a_door_is_compiled_once_and_turns_other_types_away():
+    @compiled.door(numba.types.float64, types_of(np.zeros(1), np.zeros((1, 1))))
+    def corner(vector, matrix):
+        return vector[0] + matrix[0, 0]
+
+    assert corner.signatures == []
+    for wrong in (np.zeros(1), np.zeros((1, 1), np.float32), np.zeros((2, 2)).T, [[0.0]]):
+        with pytest.raises(TypeError):  # at the first call too
+            corner(np.zeros(1), wrong)
+    assert corner(np.array([1.0]), np.array([[2.0]])) == 3.0
+    assert len(corner.signatures) == 1
 
 
 @pytest.mark.parametrize('variable', ['NUMBA_CACHE_DIR', 'XDG_CACHE_HOME', 'HOME'])

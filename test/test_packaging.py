@@ -27,7 +27,12 @@ ROOT = Path(__file__).resolve().parents[1]
 NOT_SHIPPED = ('.git', '.venv*', '.*_cache', '.hypothesis', 'build', 'install', 'log', '__pycache__')
 
 # What is imported -> the rosdep key that brings it.
-ROSDEP_KEYS = {'numpy': 'python3-numpy', 'numba': 'python3-numba', 'yaml': 'python3-yaml'}
+ROSDEP_KEYS = {
+    'numpy': 'python3-numpy',
+    'numba': 'python3-numba',
+    'llvmlite': 'python3-numba',  # which is made of it
+    'yaml': 'python3-yaml',
+}
 USED_IF_THERE = {'ament_index_python', 'tf2_ros', 'xacro'}
 
 

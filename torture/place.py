@@ -11,7 +11,7 @@ ROBOT = re.compile(r"^robot ('.*?'|\".*?\"): ", re.S)  # its name says which rob
 # What is wrong with a file as a whole has no place in it.
 WHOLE = re.compile(
     'the file is empty|the robot has no links|the robot has [0-9]+ links|has [0-9]+ bytes|cannot be decoded|'
-    'it is no regular file|declares a DOCTYPE|maximum recursion depth|no root link'
+    'it is no regular file|declares a DOCTYPE|maximum recursion depth'
 )
 
 

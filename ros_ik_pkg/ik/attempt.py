@@ -10,7 +10,7 @@ from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.recorder import record, record_step
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.steps import apply_transpose, take_step
-from ros_ik_pkg.ik.task import holds, look
+from ros_ik_pkg.ik.task import holds, look_around, look_at_error
 
 CONVERGED = int(Status.CONVERGED)
 MAX_ITERATIONS = int(Status.MAX_ITERATIONS)
@@ -39,15 +39,18 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
     mark, mark_step, previous, rises, nearest = math.inf, 0, math.inf, 0, math.inf
     k = first
     while True:
-        position_error, orientation_error, norm, p = look(geometry, task, work)
-        if len(recorder.rows) > 0 and (k > first or k == 0):
+        position_error, orientation_error, norm, R, p = look_at_error(geometry, task, work)
+        arrived, recording = holds(position_error, orientation_error, tuning), len(recorder.rows) > 0
+        if recording or not arrived:
+            look_around(geometry, task, R, p, work)
+        if recording and (k > first or k == 0):
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         if norm < nearest or k == first:
             nearest = norm
             assign(work.near, work.q)
         if not norm < math.inf:
             return NOT_FINITE, k, position_error, orientation_error, norm, nearest
-        if holds(position_error, orientation_error, tuning):
+        if arrived:
             return CONVERGED, k, position_error, orientation_error, norm, nearest
         if k == last:
             return MAX_ITERATIONS, k, position_error, orientation_error, norm, nearest
@@ -69,7 +72,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
         if largest > FREE_STEP and cap > FREE_STEP:
             return DIVERGED, k, position_error, orientation_error, norm, nearest
         update(geometry, tuning, cap, work)
-        if len(recorder.rows) > 0:
+        if recording:
             record_step(recorder, damping, work.dq)
         k += 1
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -78,11 +79,34 @@ def _forgive_full_disk(dispatcher: Any) -> None:
 
 
 # What callers enter by: may allocate.
-compiled = _decorator()
+compiled = _decorator(forceinline=False)
 
 # Inside the loop: no reference counts (atomic instructions, dearer than the arithmetic) and so no allocation
 # either, which Numba then refuses to compile.
-kernel = _decorator(_nrt=False)
+kernel = _decorator(_nrt=False, forceinline=False)  # said: else Numba takes it from the caller
 
 # Small kernels that return tuples: inlined, so that the numbers stay in registers.
 inlined = _decorator(_nrt=False, forceinline=True)
+
+
+def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
+    """Return a decorator as `compiled`, for these types alone: it compiles for no others, but raises TypeError.
+
+    The types are compiled at the first call, not at import. Whoever calls need not look at what Numba looks at anyway.
+    """
+
+    def decorate(function: Function) -> Function:
+        dispatcher: Any = compiled(function)
+        once = threading.Lock()
+
+        def compile_once(*_: Any) -> Any:
+            with once:
+                if not dispatcher.signatures:
+                    dispatcher.compile(result(*arguments))
+                    dispatcher.disable_compile()
+            return dispatcher
+
+        dispatcher._compile_for_args = compile_once  # Numba asks it what to call where it has nothing for the arguments
+        return dispatcher
+
+    return decorate

@@ -2,7 +2,7 @@
 
 A chain is a Geometry: constant placements between joints whose motion axis is local z, joint kinds, and
 the map from the variables q to joint values (mimic joints).
-Rotations are tuples of nine numbers, row by row: they stay in registers, arrays would not.
+A frame on the way is its three axes and its origin, each in one register (`lanes.py`).
 """
 
 from __future__ import annotations
@@ -10,60 +10,50 @@ from __future__ import annotations
 import numpy as np
 
 from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
-from ros_ik_pkg.ik.records import count_joints, unpack_model
-from ros_ik_pkg.ik.sincos import sincos
+from ros_ik_pkg.ik.lanes import lanes, plus_times, split, times
+from ros_ik_pkg.ik.records import joints_size, make_joints, unpack_model
+from ros_ik_pkg.ik.sincos import sincos_all
 
 
 @inlined
-def turn_about_z(R, angle):
-    """Return R Rz(angle)."""
-    s, c = sincos(angle)
-    return (
-        R[0] * c + R[1] * s, R[1] * c - R[0] * s, R[2],
-        R[3] * c + R[4] * s, R[4] * c - R[3] * s, R[5],
-        R[6] * c + R[7] * s, R[7] * c - R[6] * s, R[8],
-    )  # fmt: skip
-
-
-@inlined
-def place(R, p, rows, k):
-    """Return rotation and position of (R, p) followed by the constant placement in row k."""
-    x, y, z = rows[k, 9], rows[k, 10], rows[k, 11]
-    moved = (
-        p[0] + R[0] * x + R[1] * y + R[2] * z,
-        p[1] + R[3] * x + R[4] * y + R[5] * z,
-        p[2] + R[6] * x + R[7] * y + R[8] * z,
+def walk(geometry, q, joints):
+    """Return rotation (nine numbers, row by row) and position of the tip; leave what it met on the way in `joints`."""
+    count, rows = len(geometry.prismatic), geometry.placements
+    for i in range(count):
+        joints.values[i] = geometry.multiplier[i] * q[int(geometry.variable[i])] + geometry.offset[i]
+    for i in range(count, len(joints.values)):
+        joints.values[i] = 0.0
+    sincos_all(joints.values, joints.sines, joints.cosines)
+    x, y, z, p = lanes(1.0, 0.0, 0.0), lanes(0.0, 1.0, 0.0), lanes(0.0, 0.0, 1.0), lanes(0.0, 0.0, 0.0)
+    for i in range(count):
+        prismatic = geometry.prismatic[i] != 0.0
+        s, c = (0.0, 1.0) if prismatic else (joints.sines[i], joints.cosines[i])
+        p = plus_times(plus_times(plus_times(p, x, rows[i, 9]), y, rows[i, 10]), z, rows[i, 11])
+        # The placement turned by the joint first: the way from one joint to the next is shorter by a product.
+        x, y, z = (
+            combine(x, y, z, rows[i, 0] * c + rows[i, 1] * s, rows[i, 3] * c + rows[i, 4] * s,
+                    rows[i, 6] * c + rows[i, 7] * s),
+            combine(x, y, z, rows[i, 1] * c - rows[i, 0] * s, rows[i, 4] * c - rows[i, 3] * s,
+                    rows[i, 7] * c - rows[i, 6] * s),
+            combine(x, y, z, rows[i, 2], rows[i, 5], rows[i, 8]),
+        )  # fmt: skip
+        joints.axes[i, 0], joints.axes[i, 1], joints.axes[i, 2] = split(z)
+        joints.axes[i, 3], joints.axes[i, 4], joints.axes[i, 5] = split(p)
+        if prismatic:
+            p = plus_times(p, z, joints.values[i])
+    p = plus_times(plus_times(plus_times(p, x, rows[count, 9]), y, rows[count, 10]), z, rows[count, 11])
+    a, b, c = (
+        split(combine(x, y, z, rows[count, 0], rows[count, 3], rows[count, 6])),
+        split(combine(x, y, z, rows[count, 1], rows[count, 4], rows[count, 7])),
+        split(combine(x, y, z, rows[count, 2], rows[count, 5], rows[count, 8])),
     )
-    turned = (
-        R[0] * rows[k, 0] + R[1] * rows[k, 3] + R[2] * rows[k, 6],
-        R[0] * rows[k, 1] + R[1] * rows[k, 4] + R[2] * rows[k, 7],
-        R[0] * rows[k, 2] + R[1] * rows[k, 5] + R[2] * rows[k, 8],
-        R[3] * rows[k, 0] + R[4] * rows[k, 3] + R[5] * rows[k, 6],
-        R[3] * rows[k, 1] + R[4] * rows[k, 4] + R[5] * rows[k, 7],
-        R[3] * rows[k, 2] + R[4] * rows[k, 5] + R[5] * rows[k, 8],
-        R[6] * rows[k, 0] + R[7] * rows[k, 3] + R[8] * rows[k, 6],
-        R[6] * rows[k, 1] + R[7] * rows[k, 4] + R[8] * rows[k, 7],
-        R[6] * rows[k, 2] + R[7] * rows[k, 5] + R[8] * rows[k, 8],
-    )
-    return turned, moved
+    return (a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]), split(p)
 
 
 @inlined
-def walk(geometry, q, axes):
-    """Return rotation and position of the tip; write axis z_i and a point p_i of every joint to `axes` (nj, 6)."""
-    R = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    p = (0.0, 0.0, 0.0)
-    joints = len(geometry.prismatic)
-    for i in range(joints):
-        R, p = place(R, p, geometry.placements, i)
-        axes[i, 0], axes[i, 1], axes[i, 2] = R[2], R[5], R[8]
-        axes[i, 3], axes[i, 4], axes[i, 5] = p
-        value = geometry.multiplier[i] * q[int(geometry.variable[i])] + geometry.offset[i]
-        if geometry.prismatic[i]:
-            p = (p[0] + value * R[2], p[1] + value * R[5], p[2] + value * R[8])
-        else:
-            R = turn_about_z(R, value)
-    return place(R, p, geometry.placements, joints)
+def combine(x, y, z, a, b, c):
+    """Return x a + y b + z c of three vectors."""
+    return plus_times(plus_times(times(x, a), y, b), z, c)
 
 
 @inlined
@@ -88,18 +78,19 @@ def fill_columns(geometry, axes, p, columns):
 
 
 @compiled
-def forward_kinematics(model, q):
-    """Return the (4, 4) pose of the tip in the base frame [m]; `model` is what pack_model packed."""
-    base_from_tip = np.eye(4)
-    _write_pose(model, q, np.empty((count_joints(model, len(q)), 6)), base_from_tip)
-    return base_from_tip
+def forward_kinematics(model, q, base_from_tip):
+    """Write rotation and position of the tip in the base frame [m] to a (4, 4) pose; `model` is what pack_model packed.
+
+    An array that compiled code makes takes half a microsecond longer, and has a dtype of its own.
+    """
+    _write_pose(model, q, np.empty(joints_size(model)), base_from_tip)
 
 
 @kernel
-def _write_pose(model, q, axes, base_from_tip):
+def _write_pose(model, q, memory, base_from_tip):
     """Write rotation and position of the tip."""
-    geometry, _ = unpack_model(model, len(q))
-    R, p = walk(geometry, q, axes)
+    geometry, _, _ = unpack_model(model)
+    R, p = walk(geometry, q, make_joints(model, memory))
     for i in range(3):
         base_from_tip[i, 3] = p[i]
         for j in range(3):
@@ -110,13 +101,14 @@ def _write_pose(model, q, axes, base_from_tip):
 def geometric_jacobian(model, q):
     """Return the (6, n) geometric Jacobian of the tip, linear rows first, in base axes."""
     columns = np.empty((len(q), 6))
-    _write_columns(model, q, np.empty((count_joints(model, len(q)), 6)), columns)
+    _write_columns(model, q, np.empty(joints_size(model)), columns)
     return columns.T.copy()
 
 
 @kernel
-def _write_columns(model, q, axes, columns):
+def _write_columns(model, q, memory, columns):
     """Write the Jacobian by columns."""
-    geometry, _ = unpack_model(model, len(q))
-    _, p = walk(geometry, q, axes)
-    fill_columns(geometry, axes, p, columns)
+    geometry, _, _ = unpack_model(model)
+    joints = make_joints(model, memory)
+    _, p = walk(geometry, q, joints)
+    fill_columns(geometry, joints.axes, p, columns)

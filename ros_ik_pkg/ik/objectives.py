@@ -101,8 +101,8 @@ def shift(q, step, direction):
 @kernel
 def log_manipulability(geometry, task, work):
     """Return log sqrt(det(J J^T)) of the task's rows at work.q, -inf where they are dependent."""
-    R, p = walk(geometry, work.q, work.axes)
-    fill_columns(geometry, work.axes, p, work.trial)
+    R, p = walk(geometry, work.q, work.joints)
+    fill_columns(geometry, work.joints.axes, p, work.trial)
     shape_columns(task, R, task.weights, work.trial)
     definite, _, pivots = factor(gram(work.trial, diagonal(task.weights, 0.0)))
     if not definite:

@@ -17,18 +17,23 @@ SMALL = 0.005
 A = (-1.0 / 3.0, 1.0 / 5.0, -1.0 / 7.0, 1.0 / 9.0, -1.0 / 11.0, 1.0 / 13.0)
 
 
-@compiled
 def pose_matrix(px, py, pz, x, y, z, w):
     """Return the pose (4, 4) of a position [m] and a quaternion, whose length does not matter."""
+    pose = np.zeros((4, 4))
+    write_pose(pose, px, py, pz, x, y, z, w)
+    return pose
+
+
+@compiled
+def write_pose(pose, px, py, pz, x, y, z, w):
+    """Do what pose_matrix says to a matrix of zeros."""
     s = 2.0 / (w * w + x * x + y * y + z * z)
     xx, yy, zz, xy, xz, yz = s * x * x, s * y * y, s * z * z, s * x * y, s * x * z, s * y * z
     wx, wy, wz = s * w * x, s * w * y, s * w * z
-    pose = np.zeros((4, 4))
     pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3] = 1.0 - yy - zz, xy - wz, xz + wy, px
     pose[1, 0], pose[1, 1], pose[1, 2], pose[1, 3] = xy + wz, 1.0 - xx - zz, yz - wx, py
     pose[2, 0], pose[2, 1], pose[2, 2], pose[2, 3] = xz - wy, yz + wx, 1.0 - xx - yy, pz
     pose[3, 3] = 1.0
-    return pose
 
 
 @inlined

@@ -11,10 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_ik_pkg.ik.compiled import inlined
+from ros_ik_pkg.ik.sincos import BLOCK
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
 from ros_ik_pkg.ik.views import shaped
 
 TRACE_WIDTH = len(TRACE_COLUMNS)
+HEADER = 3  # numbers before the parts of a packed arm
 
 
 class Geometry(NamedTuple):
@@ -82,16 +84,25 @@ class Preferences(NamedTuple):
     posture: np.ndarray  # [rad, m]
 
 
+class Joints(NamedTuple):
+    """What forward kinematics leaves of the joints; the last three are filled up to whole blocks of sincos.py."""
+
+    axes: np.ndarray  # (nj, 6) axis and a point of each
+    values: np.ndarray  # [rad, m]
+    sines: np.ndarray
+    cosines: np.ndarray
+
+
 class Workspace(NamedTuple):
     """Everything that a search writes to, made once for many."""
 
-    axes: np.ndarray  # (nj, 6) axis and a point of each joint
+    joints: Joints
     columns: np.ndarray  # (n, 6) Jacobian by columns
     e: np.ndarray  # (6,) weighted error of the task
     weights: np.ndarray  # (6,) of its rows at this iterate; 0 drops a row
     y: np.ndarray  # (6,) solution of the Gram system
     A: np.ndarray  # (6, 6) Gram matrix
-    diagonal: np.ndarray  # (6,) what is added to its diagonal
+    rhs: np.ndarray  # (6,) right-hand side of the normal equations
     U: np.ndarray  # (6, 6) left singular vectors, by rows
     W: np.ndarray  # (6, n) sigma_i v_i, by rows
     sigma: np.ndarray  # (6,)
@@ -126,53 +137,73 @@ def tuning_of(numbers):
     )  # fmt: skip
 
 
-def pack_model(geometry: Geometry, reach: Reach) -> np.ndarray:
-    """Put an arm into one flat float64 array."""
-    return np.concatenate([np.ravel(part).astype(np.float64) for part in (*geometry, *reach)])
+def pack_model(geometry: Geometry, reach: Reach, starts: np.ndarray) -> np.ndarray:
+    """Put an arm and its starts (n + 7, m) float32, m even, into one flat float64 array that begins with n, nj, m."""
+    sizes = len(geometry.lower), len(geometry.prismatic), starts.shape[1]
+    numbers = [np.ravel(part).astype(np.float64) for part in (sizes, *geometry, *reach)]
+    return np.concatenate([*numbers, np.ravel(starts).view(np.float64)])
 
 
 @inlined
-def count_joints(model, n):
-    """Return nj of a packed arm with n variables."""
-    return (len(model) - 20 - 3 * n) // 16
-
-
-@inlined
-def unpack_model(model, n):
-    """Return (Geometry, Reach), views of what pack_model packed for n variables. To be called by kernels only:
-    the views are not counted as references."""
-    joints = count_joints(model, n)
-    a = 12 * (joints + 1)
+def unpack_model(model):
+    """Return Geometry, Reach and starts, views of what pack_model packed. To be called by kernels only: the views are
+    not counted as references."""
+    n, joints, m = int(model[0]), int(model[1]), int(model[2])
+    a = HEADER + 12 * (joints + 1)
     b = a + 4 * joints
     c = b + 3 * n
     per_joint, per_variable = shaped(model, a, (4, joints)), shaped(model, b, (3, n))
     geometry = Geometry(
-        shaped(model, 0, (joints + 1, 12)),
+        shaped(model, HEADER, (joints + 1, 12)),
         per_joint[0], per_joint[1], per_joint[2], per_joint[3],
         per_variable[0], per_variable[1], per_variable[2],
     )  # fmt: skip
-    return geometry, Reach(shaped(model, c, (3,)), shaped(model, c + 3, (3,)), shaped(model, c + 6, (2,)))
+    reach = Reach(shaped(model, c, (3,)), shaped(model, c + 3, (3,)), shaped(model, c + 6, (2,)))
+    return geometry, reach, shaped(model.view(np.float32), 2 * (c + 8), (n + 7, m))
 
 
 @inlined
-def buffer_size(joints, n):
-    """Return how many numbers make_records cuts up."""
-    return 144 + 6 * joints + 31 * n
+def blocks(joints):
+    """Return how many angles sincos.py is given for so many joints."""
+    return (joints + BLOCK - 1) // BLOCK * BLOCK
 
 
 @inlined
-def make_records(joints, n, buffer, scores, integers, rows):
+def joints_size(model):
+    """Return how many numbers make_joints cuts up for a packed arm."""
+    joints = int(model[1])
+    return 6 * joints + 3 * blocks(joints)
+
+
+@inlined
+def make_joints(model, memory):
+    """Cut the Joints of a packed arm from a block of memory; to be called by kernels only."""
+    joints = int(model[1])
+    angles = shaped(memory, 6 * joints, (3, blocks(joints)))
+    return Joints(shaped(memory, 0, (joints, 6)), angles[0], angles[1], angles[2])
+
+
+@inlined
+def buffer_size(model):
+    """Return how many numbers make_records cuts up for a packed arm."""
+    return 144 + 31 * int(model[0]) + joints_size(model)
+
+
+@inlined
+def make_records(model, buffer, scores, integers, rows):
     """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
 
     To be called by kernels only, as unpack_model.
     """
-    a = 144 + 6 * joints
+    n = int(model[0])
+    a = 144
     b, c, d = a + 12 * n, a + 24 * n, a + 30 * n
+    e = d + n
     squares, sixes = shaped(buffer, 0, (3, 6, 6)), shaped(buffer, 108, (6, 6))
     by_column = shaped(buffer, a, (2, n, 6))
     by_row, vectors = shaped(buffer, b, (2, 6, n)), shaped(buffer, c, (6, n))
     work = Workspace(
-        shaped(buffer, 144, (joints, 6)), by_column[0],
+        make_joints(model, shaped(buffer, e, (joints_size(model),))), by_column[0],
         sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
         vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5], by_column[1],
         scores, shaped(integers, 0, (2,)),

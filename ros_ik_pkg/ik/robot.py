@@ -18,7 +18,7 @@ from ros_ik_pkg.ik.kinematics import forward_kinematics, geometric_jacobian
 from ros_ik_pkg.ik.reach import make_reach
 from ros_ik_pkg.ik.records import Geometry, pack_model
 from ros_ik_pkg.ik.sources import read_tree
-from ros_ik_pkg.ik.starts import make_starts
+from ros_ik_pkg.ik.starts import COUNT, make_starts
 from ros_ik_pkg.ik.transforms import rotation_from_z, transform
 from ros_ik_pkg.ik.tree import Joint, Tree, shorten
 
@@ -84,17 +84,21 @@ class Arm:
 
     @cached_property
     def packed(self) -> np.ndarray:
-        """The chain and its reach in one flat array (see `records.pack_model`)."""
-        return pack_model(self.geometry, make_reach(self.geometry))
+        """The chain, its reach and where searches start, in one flat array (see `records.pack_model`)."""
+        reach = make_reach(self.geometry)
+        alone = pack_model(self.geometry, reach, np.empty((self.n + 7, 0), np.float32))
+        return pack_model(self.geometry, reach, make_starts(self.geometry, alone))
 
-    @cached_property
+    @property
     def starts(self) -> np.ndarray:
         """Where searches start (see `starts.make_starts`)."""
-        return make_starts(self.geometry, self.packed)
+        return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
 
     def forward(self, q: np.ndarray) -> np.ndarray:
         """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
-        return forward_kinematics(self.packed, self._check(q))
+        base_from_tip = np.eye(4)
+        forward_kinematics(self.packed, self._check(q), base_from_tip)
+        return base_from_tip
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""

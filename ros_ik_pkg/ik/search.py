@@ -10,7 +10,6 @@ from ros_ik_pkg.ik.approach import approach
 from ros_ik_pkg.ik.attempt import CONVERGED, DEADLINE, DIVERGED, OSCILLATING, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.clock import passed
 from ros_ik_pkg.ik.compiled import inlined, kernel
-from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.linalg import assign
 from ros_ik_pkg.ik.null_space import settle
 from ros_ik_pkg.ik.objectives import NONE
@@ -18,7 +17,7 @@ from ros_ik_pkg.ik.reach import out_of_reach
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.starts import distance_of, nearest_start, next_start, score_starts
 from ros_ik_pkg.ik.steps import TRANSPOSE, joint_step_cap
-from ros_ik_pkg.ik.task import holds, measure
+from ros_ik_pkg.ik.task import holds, look_at_error
 
 UNREACHABLE = int(Status.UNREACHABLE)
 JOINT_JUMP = int(Status.JOINT_JUMP)
@@ -87,7 +86,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
                 )
                 unwrap(geometry, work.q, reference)
             if moved or int(tuning.null_space) != NONE:
-                position_error, orientation_error, _ = errors_at(geometry, task, work)
+                position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
             rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
             if int(tuning.choice) == FIRST and rank < TOO_FAR and holds(position_error, orientation_error, tuning):
                 assign(answers[0], work.q)
@@ -124,7 +123,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
             late = passed(stop_time, work.clock)
             # How the descents ended says nothing of where the approach came to rest.
             failure = STALLED if failure in (DIVERGED, OSCILLATING) else failure
-        position_error, orientation_error, _ = errors_at(geometry, task, work)
+        position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
         if holds(position_error, orientation_error, tuning):
             unwrap(geometry, work.q, reference)
             rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
@@ -134,17 +133,10 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
     if found > 0:
         assign(work.q, answers[0])
         failure = CONVERGED if ranks[0] < TOO_FAR else JOINT_JUMP
-    position_error, orientation_error, _ = errors_at(geometry, task, work)
+    position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
     if failure == CONVERGED and not holds(position_error, orientation_error, tuning):
         failure = STALLED
     return failure, steps, attempts, count_near(ranks, found), position_error, orientation_error
-
-
-@inlined
-def errors_at(geometry, task, work):
-    """Return position error [m], orientation error [rad] and weighted norm at work.q."""
-    R, p = walk(geometry, work.q, work.axes)
-    return measure(task, R, p, work)
 
 
 @kernel

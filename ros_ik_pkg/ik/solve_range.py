@@ -1,21 +1,22 @@
-"""The compiled door: every solve, alone or in a batch, with or without a trace, goes through `solve_range`."""
+"""The compiled doors: every solve, alone or in a batch, with or without a trace, goes through `solve_rows`."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numba import types
 
 from ros_ik_pkg.ik.attempt import CONVERGED
 from ros_ik_pkg.ik.clock import now
-from ros_ik_pkg.ik.compiled import compiled, inlined, kernel
+from ros_ik_pkg.ik.compiled import compiled, door, inlined, kernel
+from ros_ik_pkg.ik.hints import small_loops
 from ros_ik_pkg.ik.linalg import assign, fill
 from ros_ik_pkg.ik.recorder import singular_figures
 from ros_ik_pkg.ik.records import (
     TUNABLES,
     Preferences,
     buffer_size,
-    count_joints,
     make_records,
     tuning_of,
     unpack_model,
@@ -23,7 +24,7 @@ from ros_ik_pkg.ik.records import (
 from ros_ik_pkg.ik.search import clip, search, unwrap
 from ros_ik_pkg.ik.solution import FIGURES
 from ros_ik_pkg.ik.task import look, make_task
-from ros_ik_pkg.ik.views import shaped
+from ros_ik_pkg.ik.views import on_stack, shaped
 
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
 # of numbers for each joint are for another arm
@@ -38,49 +39,63 @@ ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as
 WIDTH = len(FIGURES)
 
 
-@compiled
-def solve_one(model, starts, numbers, target, seed, row):
+@door(
+    types.bool_,
+    [types.Array(types.float64, 1, 'C')] * 2  # an arm's and SolveOptions' numbers
+    + [types.Array(types.float64, d, 'A', readonly=True) for d in (2, 1)]  # any strides: nobody needs to look at them
+    + [types.Array(types.float64, 1, 'C')],
+)
+def solve_one(model, numbers, target, seed, row):
     """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row, and return
-    whether they are any good.
+    whether they are any good: False where an argument is none, by its shape too.
 
-    What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.2 us.
+    What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.06 us.
     """
     n = len(row) - WIDTH
-    memory = np.empty(memory_size(model, starts, n, 1))
+    if target.shape != (4, 4) or len(seed) != n:
+        return False
+    memory = on_stack(16 + n + memory_size(model, 1))
+    goal, start = shaped(memory, 0, (4, 4)), shaped(memory, 16, (n,))
+    for i in range(4):
+        for j in range(4):
+            goal[i, j] = target[i, j]
+    for i in range(n):
+        start[i] = seed[i]
     out, nothing = shaped(row, 0, (1, len(row))), shaped(row, 0, (0, 0))
-    solve_rows(model, starts, numbers, target, seed, seed, out, nothing, nothing, memory)
+    rest = shaped(memory, 16 + n, (len(memory) - 16 - n,))
+    solve_rows(model, numbers, goal, start, start, out, nothing, nothing, rest)
     return row[n + STATUS] != NOT_AN_ARGUMENT
 
 
 @compiled
-def solve_range(model, starts, numbers, targets, seeds, references, out, answers, rows):
+def solve_range(model, numbers, targets, seeds, references, out, answers, rows):
     """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
 
     Writes to out (N, n + len(FIGURES)): q, then the figures. `answers` (k, n) receives the k nearest answers of the
     last row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
     """
-    memory = np.empty(memory_size(model, starts, out.shape[1] - WIDTH, max(1, len(answers))))
-    return solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, memory)
+    memory = np.empty(memory_size(model, max(1, len(answers))))
+    return solve_rows(model, numbers, targets, seeds, references, out, answers, rows, memory)
 
 
 @inlined
-def memory_size(model, starts, n, answers):
+def memory_size(model, answers):
     """Return how many numbers solve_rows needs: one block, since to ask for several takes longer."""
-    return 3 + buffer_size(count_joints(model, n), n) + (starts.shape[1] + 1) // 2 + answers
+    return 3 + buffer_size(model) + int(model[2]) // 2 + answers
 
 
 @kernel
-def solve_rows(model, starts, numbers, targets, seeds, references, out, answers, rows, memory):
+def solve_rows(model, numbers, targets, seeds, references, out, answers, rows, memory):
     """Do what solve_range says. Its memory: three integers, a workspace, scores of the starts, ranks of answers."""
+    small_loops()
     n = out.shape[1] - WIDTH
-    a = 3 + buffer_size(count_joints(model, n), n)
-    b = a + (starts.shape[1] + 1) // 2
+    geometry, reach, starts = unpack_model(model)
+    a = 3 + buffer_size(model)
+    b = a + starts.shape[1] // 2
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (a - 3,))
     scores, ranks = shaped(memory, a, (b - a,)).view(np.float32), shaped(memory, b, (len(memory) - b,))
-    scores = shaped(scores, 0, (starts.shape[1],))
     integers[2] = 0
-    geometry, reach = unpack_model(model, n)
-    work, recorder, one = make_records(len(geometry.prismatic), n, buffer, scores, integers, rows)
+    work, recorder, one = make_records(model, buffer, scores, integers, rows)
     kept = answers if len(answers) > 0 else one
     tuning = tuning_of(numbers)
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))

@@ -79,34 +79,40 @@ def solve(
         Where an argument has the wrong shape, is not finite or is not a pose.
 
     """
-    options = options or DEFAULT_OPTIONS
-    n = arm.n
+    if options is None:
+        options = DEFAULT_OPTIONS
     if seed is None:
         seed = arm.home
-    # As the compiled code takes them. Written out: a call for each would take a tenth of the time of a solve.
-    if not (type(target) is ndarray and target.dtype == FLOAT and target.shape == POSE and target.flags.carray):
+    # Written out, and `is` where arrays of other libraries may have an equal type: a look at everything, or a call for
+    # each, would take a tenth of the time of a solve.
+    if type(target) is not ndarray or target.dtype is not FLOAT:
         target = _array(getattr(target, 'homogeneous', target), 'target', POSE)
-    if not (type(seed) is ndarray and seed.dtype == FLOAT and seed.shape == (n,) and seed.flags.carray):
-        seed = _array(seed, 'seed', (n,))
-    row = empty(n + WIDTH)
+    if type(seed) is not ndarray or seed.dtype is not FLOAT:
+        seed = _array(seed, 'seed', (arm.n,))
     if trace or reference is not None or options.choice == 'all':
-        return _solve_at_length(arm, target, seed, options, reference, trace, row)
-    if not solve_one(arm.packed, arm.starts, options.numbers, target, seed, row):
+        return _solve_at_length(arm, target, seed, options, reference, trace)
+    row = empty(arm.n + WIDTH)
+    try:
+        good = solve_one(arm.packed, options.numbers, target, seed, row)
+    except TypeError:  # other dimensions, or not aligned
+        target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (arm.n,))
+        good = solve_one(arm.packed, options.numbers, target, seed, row)
+    if not good:
         raise _argument_error(arm, options, target, seed, seed)
     return Solution(row)
 
 
 def _solve_at_length(
-    arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool, row: np.ndarray
+    arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool
 ) -> Solution:
     """Solve where more is wanted than one answer from one seed."""
     n = arm.n
+    target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (n,))
+    row = np.empty(n + WIDTH)
     origin = seed if reference is None else _array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
-    count = solve_range(
-        arm.packed, arm.starts, options.numbers, target, seed, origin, row.reshape(1, -1), answers, rows
-    )
+    count = solve_range(arm.packed, options.numbers, target, seed, origin, row.reshape(1, -1), answers, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
@@ -170,7 +176,7 @@ def solve_batch(
     def run(chunk: slice) -> int:
         a, b = chunk.start, chunk.stop
         solve_range(
-            arm.packed, arm.starts, options.numbers, flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n],
+            arm.packed, options.numbers, flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n],
             origins[a * arm.n : b * arm.n], out[a:b], NOTHING, NOTHING,
         )  # fmt: skip
         return b - a
@@ -244,12 +250,13 @@ def _argument_error(arm: Arm, options: SolveOptions, target: Any, seed: Any, ref
     """Say which argument the compiled check refused."""
     try:
         options.check_lengths(arm.n)
-    except OptionError as error:
+        pose = _array(target, 'target', POSE)
+        _array(seed, 'seed', (arm.n,))
+    except (OptionError, ArgumentError) as error:
         return ArgumentError(str(error))
     for name, value in (('seed', seed), ('reference', reference)):
-        if value is not None and not np.all(np.isfinite(np.asarray(value, dtype=float))):
+        if not np.all(np.isfinite(value)):
             return ArgumentError(f'{name} = {np.asarray(value).tolist()}; expected finite numbers [rad, m]')
-    pose = np.asarray(getattr(target, 'homogeneous', target), dtype=float)
     return ArgumentError(
         f'target = {pose.tolist()}; expected a finite homogeneous matrix with a rotation (R R^T = I within 1e-3, '
         'right-handed) and the last row 0 0 0 1'

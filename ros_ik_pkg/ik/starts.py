@@ -12,11 +12,12 @@ import math
 import numpy as np
 
 from ros_ik_pkg.ik.compiled import compiled, kernel
+from ros_ik_pkg.ik.hints import on_its_own
 from ros_ik_pkg.ik.kinematics import walk
 from ros_ik_pkg.ik.pose_error import quaternion
-from ros_ik_pkg.ik.records import count_joints, unpack_model
+from ros_ik_pkg.ik.records import joints_size, make_joints, unpack_model
 
-COUNT = 1024
+COUNT = 1024  # even, for records.pack_model
 HALF_TURN = math.pi
 
 
@@ -24,8 +25,9 @@ def make_starts(geometry, model):
     """Return (n + 7, COUNT) float32: rows of joint positions [rad, m], tip position [m] and quaternion."""
     lower, upper = sampling_range(geometry)
     q = np.ascontiguousarray(lower + (upper - lower) * r_sequence(COUNT, len(lower)))
-    poses = reach_poses(model, q)
-    return np.ascontiguousarray(np.hstack([q, poses]).T, dtype=np.float32)
+    largest = np.finfo(np.float32).max
+    rows = np.clip(np.hstack([q, reach_poses(model, q)]).T, -largest, largest)
+    return np.ascontiguousarray(rows, dtype=np.float32)
 
 
 def r_sequence(count, dimensions):
@@ -61,16 +63,17 @@ def one_turn(lower, upper):
 def reach_poses(model, q):
     """Return (m, 7): tip position [m] and unit quaternion (w, x, y, z) of each configuration (m, n)."""
     poses = np.empty((len(q), 7))
-    _write_poses(model, q, np.empty((count_joints(model, q.shape[1]), 6)), poses)
+    _write_poses(model, q, np.empty(joints_size(model)), poses)
     return poses
 
 
 @kernel
-def _write_poses(model, q, axes, poses):
+def _write_poses(model, q, memory, poses):
     """Write position and quaternion of each configuration."""
-    geometry, _ = unpack_model(model, q.shape[1])
+    geometry, _, _ = unpack_model(model)
+    joints = make_joints(model, memory)
     for k in range(len(q)):
-        R, p = walk(geometry, q[k], axes)
+        R, p = walk(geometry, q[k], joints)
         w, x, y, z = quaternion(R)
         length = math.sqrt(w * w + x * x + y * y + z * z)
         poses[k, 0], poses[k, 1], poses[k, 2] = p
@@ -84,6 +87,7 @@ def nearest_start(scores):
     Numbers that are not negative have the order of their bits, and whole numbers the compiler compares sixteen at
     once; of two that are equal the first counts.
     """
+    on_its_own()
     bits = scores.view(np.int32)
     least = bits[0]
     for k in range(1, len(bits)):
@@ -128,6 +132,7 @@ def score_starts(starts, task, scale, scores):
     Position rows in base axes of weight 0 and orientations that are not wanted whole are left out. Single precision
     and no branches, so that eight starts are scored at once.
     """
+    on_its_own()
     first = starts.shape[0] - 7
     w, x, y, z = quaternion(task.R)
     length = math.sqrt(w * w + x * x + y * y + z * z)

@@ -121,7 +121,7 @@ def normal_equations_step(work):
     Rows that are left over get a 1 on the diagonal.
     """
     A, columns = work.A, work.columns
-    rhs = work.diagonal
+    rhs = work.rhs
     n, a = len(work.dq), 0
     for r in range(ROWS):
         rhs[r] = 0.0

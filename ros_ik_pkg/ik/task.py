@@ -28,11 +28,24 @@ def make_task(T, weights, tolerances, in_tip_axes):
 def look(geometry, task, work):
     """Write the error at work.q and the task's Jacobian there to the workspace; return the norms of the error's two
     halves [m, rad], the norm of the weighted whole, and the position of the tip [m]."""
-    R, p = walk(geometry, work.q, work.axes)
-    position_error, orientation_error, norm = measure(task, R, p, work)
-    fill_columns(geometry, work.axes, p, work.columns)
-    shape_columns(task, R, work.weights, work.columns)
+    position_error, orientation_error, norm, R, p = look_at_error(geometry, task, work)
+    look_around(geometry, task, R, p, work)
     return position_error, orientation_error, norm, p
+
+
+@inlined
+def look_at_error(geometry, task, work):
+    """Do the first half of `look`; return rotation and position of the tip too."""
+    R, p = walk(geometry, work.q, work.joints)
+    position_error, orientation_error, norm = measure(task, R, p, work)
+    return position_error, orientation_error, norm, R, p
+
+
+@inlined
+def look_around(geometry, task, R, p, work):
+    """Do the second half of `look`: the Jacobian where the tip is at (R, p)."""
+    fill_columns(geometry, work.joints.axes, p, work.columns)
+    shape_columns(task, R, work.weights, work.columns)
 
 
 @inlined

@@ -210,21 +210,31 @@ def _refuse_far_placements(joints: list[Joint]) -> None:
 
 def _find_root(links: list[str], joints: list[Joint]) -> str:
     """Find the only link without a parent."""
-    known, children = set(links), dict[str, str]()
+    known, children = set(links), dict[str, Joint]()
     for joint in joints:
         for role, link in (('parent', joint.parent), ('child', joint.child)):
             if link not in known:
                 raise ModelError(f'joint {joint.name!r}: {role} link {link!r} does not exist; '
                                  f'{suggest(link, links)}')
         if joint.child in children:
-            raise ModelError(f'link {joint.child!r} is the child of two joints: {children[joint.child]!r} '
+            raise ModelError(f'link {joint.child!r} is the child of two joints: {children[joint.child].name!r} '
                              f'and {joint.name!r}; expected a tree')
-        children[joint.child] = joint.name
+        children[joint.child] = joint
     roots = [link for link in links if link not in children]
     if len(roots) != 1:
-        found = f'{len(roots)} root links: {shorten(roots)}' if roots else 'no root link, joints form a loop'
+        found = f'{len(roots)} root links: {shorten(roots)}' if roots else (
+            f'no root link, joints form a closed loop: {shorten(_loop_above(links[0], children))}')
         raise ModelError(f'{found}; expected exactly one link without a parent')
     return roots[0]
+
+
+def _loop_above(link: str, above: dict[str, Joint]) -> list[str]:
+    """Return the names of the joints of the loop that is met on the way up from a link, parents first."""
+    way: list[Joint] = []
+    while above[link] not in way:
+        way.append(above[link])
+        link = above[link].parent
+    return [joint.name for joint in reversed(way[way.index(above[link]) :])]
 
 
 def _sort_from(root: str, joints: list[Joint]) -> list[Joint]:

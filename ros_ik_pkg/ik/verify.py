@@ -8,7 +8,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.compiled import compiled, kernel
 from ros_ik_pkg.ik.kinematics import walk
-from ros_ik_pkg.ik.records import TUNABLES, count_joints, tuning_of, unpack_model
+from ros_ik_pkg.ik.records import TUNABLES, joints_size, make_joints, tuning_of, unpack_model
 
 ROUNDING = 1e-13  # m, rad: two ways to compute one error differ by this much at most
 
@@ -20,13 +20,13 @@ def passes(model, numbers, target, q):
     `model` is an arm's, `numbers` those of SolveOptions. False does not mean that q is wrong where the rows of the
     task do not all count alike: such a task is not looked into.
     """
-    return _passes(model, numbers, target, q, np.empty((count_joints(model, len(q)), 6)))
+    return _passes(model, numbers, target, q, np.empty(joints_size(model)))
 
 
 @kernel
-def _passes(model, numbers, target, q, axes):
+def _passes(model, numbers, target, q, memory):
     """Do what `passes` says; ||R* - R|| = sqrt(8) sin(angle / 2)."""
-    geometry, _ = unpack_model(model, len(q))
+    geometry, _, _ = unpack_model(model)
     tuning = tuning_of(numbers)
     for r in range(6):
         if numbers[TUNABLES + r] != 1.0 or numbers[TUNABLES + 6 + r] != 0.0:
@@ -36,7 +36,7 @@ def _passes(model, numbers, target, q, axes):
             return False
         if tuning.respect_limits > 0.0 and not (geometry.lower[i] <= q[i] <= geometry.upper[i]):
             return False
-    R, p = walk(geometry, q, axes)
+    R, p = walk(geometry, q, make_joints(model, memory))
     away, turned = 0.0, 0.0
     for i in range(3):
         away += (target[i, 3] - p[i]) ** 2

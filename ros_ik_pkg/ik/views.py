@@ -1,7 +1,8 @@
-"""Views of one block of memory, for compiled code."""
+"""Blocks of memory and views of them, for compiled code."""
 
 from __future__ import annotations
 
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
@@ -34,3 +35,20 @@ def shaped(_typing, array, start, shape):
         return made._getvalue()
 
     return view(array, start, shape), build
+
+
+@intrinsic
+def on_stack(_typing, count):
+    """Return uninitialised room for so many float64 that lasts until the function returns; not for loops."""
+    view = types.Array(types.float64, 1, 'C')
+
+    def build(context, builder, signature, arguments):
+        length = context.cast(builder, arguments[0], signature.args[0], types.intp)
+        data = builder.alloca(ir.DoubleType(), length)
+        data.align = 64
+        size = context.get_constant(types.intp, 8)
+        made = context.make_array(view)(context, builder)
+        populate_array(made, data=data, shape=[length], strides=[size], itemsize=size, meminfo=None)
+        return made._getvalue()
+
+    return view(count), build

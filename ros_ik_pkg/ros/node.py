@@ -170,4 +170,4 @@ def _check_lengths(settings: Settings, arm: Arm, arm_changes: bool) -> None:
 def _complete(arm: Arm | None) -> None:
     """Make what an arm makes once, in milliseconds that no target's deadline covers."""
     if arm is not None:
-        _ = arm.starts
+        _ = arm.packed
