@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -116,7 +117,7 @@ def _solve_at_length(
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
-    return Solution(row, found, _trace(rows, count, n) if trace else None)
+    return Solution(row, found, partial(_trace, rows, count, n) if trace else None)
 
 
 @dataclass(slots=True)
@@ -226,12 +227,17 @@ def warm_up(report: Callable[[str], object] = print) -> float:
 
 
 def _array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Return the value as a float64 array of the given shape (None: any length), or raise ArgumentError."""
-    try:
-        array = np.array(value, dtype=np.float64, order='C')
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f'{name} is not an array of numbers: {error}') from None
-    fits = len(array.shape) == len(shape) and all(want in (None, got) for got, want in zip(array.shape, shape))
+    """Return the value as compiled code takes it, a float64 array of the given shape (None: any length), or raise
+    ArgumentError. What is one already is not copied."""
+    array = value
+    if type(value) is not ndarray or value.dtype is not FLOAT or not value.flags.carray:
+        try:
+            array = np.array(value, dtype=FLOAT, order='C')
+        except (TypeError, ValueError) as error:
+            raise ArgumentError(f'{name} is not an array of numbers: {error}') from None
+    fits = array.shape == shape or (
+        len(array.shape) == len(shape) and all(want in (None, got) for got, want in zip(array.shape, shape))
+    )
     if not fits:
         wanted = ', '.join('N' if length is None else str(length) for length in shape)
         raise ArgumentError(f'{name} has shape {array.shape}; expected ({wanted}{"," if len(shape) == 1 else ""})')
