@@ -28,7 +28,7 @@ def walk(geometry, q, joints):
     for i in range(count):
         prismatic = geometry.prismatic[i] != 0.0
         s, c = (0.0, 1.0) if prismatic else (joints.sines[i], joints.cosines[i])
-        p = plus_times(plus_times(plus_times(p, x, rows[i, 9]), y, rows[i, 10]), z, rows[i, 11])
+        p = beyond(p, x, y, z, rows, i)
         # The placement turned by the joint first: the way from one joint to the next is shorter by a product.
         x, y, z = (
             combine(x, y, z, rows[i, 0] * c + rows[i, 1] * s, rows[i, 3] * c + rows[i, 4] * s,
@@ -41,7 +41,7 @@ def walk(geometry, q, joints):
         joints.axes[i, 3], joints.axes[i, 4], joints.axes[i, 5] = split(p)
         if prismatic:
             p = plus_times(p, z, joints.values[i])
-    p = plus_times(plus_times(plus_times(p, x, rows[count, 9]), y, rows[count, 10]), z, rows[count, 11])
+    p = beyond(p, x, y, z, rows, count)
     a, b, c = (
         split(combine(x, y, z, rows[count, 0], rows[count, 3], rows[count, 6])),
         split(combine(x, y, z, rows[count, 1], rows[count, 4], rows[count, 7])),
@@ -54,6 +54,12 @@ def walk(geometry, q, joints):
 def combine(x, y, z, a, b, c):
     """Return x a + y b + z c of three vectors."""
     return plus_times(plus_times(times(x, a), y, b), z, c)
+
+
+@inlined
+def beyond(p, x, y, z, rows, k):
+    """Return p moved by the translation of placement k, from the frame with the axes x, y, z."""
+    return plus_times(plus_times(plus_times(p, x, rows[k, 9]), y, rows[k, 10]), z, rows[k, 11])
 
 
 @inlined
