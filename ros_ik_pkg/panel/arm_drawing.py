@@ -13,6 +13,7 @@ LINK_RADIUS = 0.028  # of the arm's size
 TAPER = 0.6  # how much thinner the last link is
 JOINT_RADIUS, JOINT_LENGTH = 1.5, 3.2  # of the link's radius
 SHORT = 0.02  # of the arm's size; what is shorter is hidden in the joint
+ROUND = 2  # times that a sphere is subdivided; viser's 3 cost a frame more than they show
 COLUMN = 0.5  # of the arm's size: how high the base stands where the file begins at the shoulder
 
 
@@ -58,7 +59,7 @@ class ArmDrawing(Drawing):
             if length > SHORT * self._size:
                 self._cylinder(f'{name}/link{k}', radius, length, (a + b) / 2, (b - a) / length, self._link_colour)
                 self._scene.add_icosphere(
-                    f'{name}/end{k}', radius, color=self._link_colour, position=b,
+                    f'{name}/end{k}', radius, subdivisions=ROUND, color=self._link_colour, position=b,
                     opacity=self._opacity,
                 )  # fmt: skip
 
