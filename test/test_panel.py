@@ -8,22 +8,29 @@ from __future__ import annotations
 import signal
 import socket
 import time
+import types
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import PAGE_TIMEOUT, START_TIMEOUT, address, need_browser, open_page, running
 from rclpy.qos import QoSProfile
 from ros_helpers import CALM_ARGUMENTS, TIMEOUT, Client, allow_lark
 
-from ros_ik_pkg.ik import METHODS
-from ros_ik_pkg.panel.answers import run_of
-from ros_ik_pkg.panel.html import row_texts
+from ros_ik_pkg.ik import METHODS, load_arm
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.reply import values
 from ros_ik_pkg.tools.processes import ros_node
 
 need_browser()
+from ros_ik_pkg.panel.answers import run_of  # noqa: E402  (these import viser)
+from ros_ik_pkg.panel.arm_drawing import floor_of, size_of  # noqa: E402
+from ros_ik_pkg.panel.camera import FIELD, FORWARD, RIGHT, UP, Camera  # noqa: E402
+from ros_ik_pkg.panel.html import row_texts  # noqa: E402
+from ros_ik_pkg.panel.presets import notes  # noqa: E402
+from ros_ik_pkg.panel.scene import GIZMO  # noqa: E402
+
 pytestmark = [allow_lark, pytest.mark.once]
 NODE = ('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', 'max_iterations:=2000', '-p', 'position_tolerance:=1e-6',
         '-p', 'orientation_tolerance:=1e-6', *CALM_ARGUMENTS)  # fmt: skip
@@ -87,7 +94,7 @@ def page(node, listener, tmp_path_factory, request):
     log = tmp_path_factory.mktemp('panel') / 'panel.log'
     large = bool(request.config.getoption('--screenshots'))
     panel = running(log, 'ros_ik_pkg.panel.panel_node', '--port', str(free_port()))
-    with panel, open_page(address(log), *((1600, 950) if large else (1000, 640))) as page:
+    with panel, open_page(address(log), *((1600, 950) if large else (1280, 720))) as page:
         page.get_by_test_id('comparison').locator('tr[data-method]').nth(4).wait_for()
         yield page
 
@@ -99,9 +106,7 @@ def screenshot(page, request):
 
     def write(name: str) -> None:
         if folder:
-            close = page.locator('.mantine-Notification-closeButton')
-            if close.count():
-                close.first.click()
+            close_warning(page)
             page.wait_for_timeout(15e3)  # the software renderer draws a frame in a second, and the arm moves for many
             page.screenshot(path=Path(folder) / name, timeout=200e3)
 
@@ -135,6 +140,13 @@ def wait_for_rows(page, wanted: Callable[[dict[str, list[str]]], object]) -> Non
         page.wait_for_timeout(50)
 
 
+def close_warning(page) -> None:
+    """Close what the page says about a graphics card that is a program, where it still stands before the arm."""
+    close = page.locator('.mantine-Notification-closeButton')
+    if close.count():
+        close.first.click()
+
+
 def press(page, name: str) -> None:
     page.get_by_role('button', name=name, exact=True).click()
 
@@ -158,8 +170,6 @@ def test_a_target_typed_into_a_field_is_solved(page, listener):
 
 def tip_x(listener) -> float:
     """Return where the newest solution puts the tip."""
-    from ros_ik_pkg.ik import load_arm
-
     if not listener.solutions:
         return float('nan')
     newest = max(listener.solutions)
@@ -170,33 +180,77 @@ WATCH = """() => {
     const element = document.querySelector('[data-testid=comparison]').closest('.ik').parentElement;
     const rows = () => [...element.querySelectorAll('tr[data-method]')]
         .map(row => [...row.cells].map(cell => cell.innerText));
-    window.shown = [];
-    window.watch = new MutationObserver(() => window.shown.push(rows()));
-    window.watch.observe(element, {childList: true, subtree: true, characterData: true});
+    const shown = [], began = performance.now();
+    let frames = 0, last = JSON.stringify(rows());
+    const watch = new MutationObserver(() => {
+        const table = rows(), text = JSON.stringify(table);
+        if (text !== last) shown.push(table);
+        last = text;
+    });
+    watch.observe(element, {childList: true, subtree: true, characterData: true});
+    const count = () => { frames += 1; window.counter = requestAnimationFrame(count); };
+    count();
+    window.stopped = () => {
+        watch.disconnect();
+        cancelAnimationFrame(window.counter);
+        cancelAnimationFrame(window.drag);
+        return [frames, shown, (performance.now() - began) / 1000];
+    };
 }"""
+# A pointer that moves once a frame, which is how often a browser tells a page of a mouse; a move that comes from here
+# waits for the page to answer, which is slower.
+DRAG = """([x, y]) => {
+    const canvas = document.elementFromPoint(x, y), began = performance.now();
+    const move = () => {
+        const angle = (performance.now() - began) / 1000;
+        canvas.dispatchEvent(new PointerEvent('pointermove', {
+            bubbles: true, pointerId: 1, pointerType: 'mouse', isPrimary: true, buttons: 1,
+            clientX: x + 40 * Math.sin(angle), clientY: y + 20 * Math.sin(2 * angle),
+        }));
+        window.drag = requestAnimationFrame(move);
+    };
+    move();
+}"""
+DRAG_TIME = 8.0  # s
 
 
-def test_while_a_target_is_moved_the_table_follows_the_node_to_the_last_target(page, listener, capsys):
+def handle_of_the_gizmo(page) -> tuple[float, float]:
+    """Return the pixel of an arrow at the target, that of the axis z, as the page shows it after *Lecture notes*."""
+    problem = notes(load_arm('puma560'))
+    size, place = size_of(problem.arm), types.SimpleNamespace()
+    camera = Camera(types.SimpleNamespace(initial_camera=place, get_clients=dict))
+    camera.begin(size, floor_of(problem.arm))
+    camera.follow(problem.target[:3, 3])
+    seen = problem.target[:3, 3] + 0.9 * GIZMO * size * problem.target[:3, 2] - place.position
+    box = page.locator('canvas').last.bounding_box()
+    pixels = box['height'] / 2 / np.tan(FIELD / 2) / (seen @ FORWARD)
+    return box['x'] + box['width'] / 2 + pixels * (seen @ RIGHT), box['y'] + box['height'] / 2 - pixels * (seen @ UP)
+
+
+def test_while_the_target_is_dragged_the_table_follows_the_node_to_the_last_target(page, listener, capsys):
     press(page, 'Lecture notes')
     same = lambda: listener.comparisons and rows(page) == told_by(listener.comparisons[-1])  # noqa: E731
     wait_for_text(page, 'tip', '0.400')
     listener.wait_for(same, 'equal tables')
-    field = page.get_by_label('x y z [m]').first
-    field.click()
+    close_warning(page)
+    x, y = handle_of_the_gizmo(page)
+    page.mouse.move(x, y)
+    page.wait_for_timeout(1e3)  # the arm arrives, and the arrow notices the pointer
+    page.mouse.down()
     page.evaluate(WATCH)
     before = len(listener.comparisons)
-    began, moves = time.monotonic(), 40
-    for _ in range(moves):
-        field.press('ArrowUp')
-    seconds = time.monotonic() - began
-    moved = page.evaluate('window.shown.length')
-    wait_for_text(page, 'tip', f'{0.4 + 0.001 * moves:.3f}')
+    page.evaluate(DRAG, [x, y])
+    page.wait_for_timeout(1e3 * DRAG_TIME)
+    frames, shown, seconds = page.evaluate('stopped()')
+    page.mouse.up()
     listener.wait_for(same, 'equal tables')
     published = [told_by(comparison) for comparison in listener.comparisons[before - 1 :]]
-    shown = [{row[0]: row[1:] for row in table} for table in page.evaluate('window.shown')]
-    assert shown and all(table in published for table in shown), 'the page shows what the node never said'
+    tables = [{row[0]: row[1:] for row in table} for table in shown]
+    assert tables and all(table in published for table in tables), 'the page shows what the node never said'
+    assert page.get_by_label('x y z [m]').first.input_value() != '0.4'
     with capsys.disabled():
-        print(f'\n{moves} moves in {seconds:.1f} s: {moved / seconds:.1f} tables a second, {len(published)} published')
+        rates = f'{len(tables) / seconds:.1f} tables and {frames / seconds:.1f} frames a second'
+        print(f'\ndragged for {seconds:.1f} s: {rates}, {len(published)} comparisons published')
 
 
 def test_at_the_singular_wrist_the_page_says_in_words_how_pinv_failed(page, screenshot):

@@ -171,6 +171,18 @@ def test_long_curves_are_thinned_to_their_envelope_and_keep_both_ends():
         assert window.max() > 1.5 and window.min() < 0.5, 'crests and troughs are both there'
 
 
+def test_the_way_of_the_tip_keeps_its_ends_and_long_strides_and_one_point_of_many_short_ones():
+    pytest.importorskip('viser', reason='viser is not installed: scripts/panel installs it')
+    from ros_ik_pkg.panel.scene import spaced
+
+    way = np.zeros((103, 3))
+    way[1:, 0] = 1.0 + np.linspace(0.0, 0.1, 102)
+    thin = spaced(way, 0.02)
+    assert len(thin) < 10
+    np.testing.assert_array_equal(thin[[0, 1, -1]], way[[0, 1, -1]])
+    assert spaced(np.empty((0, 3)), 0.02).shape == (0, 3)
+
+
 def test_every_method_is_a_line_and_a_dot_in_each_plot():
     problem = PRESETS['Lecture notes'](load_arm('puma560'))
     runs = compare_methods(problem.arm, problem.target, problem.seed, METHODS, OPTIONS)

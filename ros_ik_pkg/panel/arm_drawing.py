@@ -7,35 +7,28 @@ import pinocchio as pin
 import viser
 
 from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.panel.drawing import Drawing
 
 LINK_RADIUS = 0.028  # of the arm's size
 TAPER = 0.6  # how much thinner the last link is
 JOINT_RADIUS, JOINT_LENGTH = 1.5, 3.2  # of the link's radius
 SHORT = 0.02  # of the arm's size; what is shorter is hidden in the joint
+ROUND = 2  # times that a sphere is subdivided; viser's 3 cost a frame more than they show
 COLUMN = 0.5  # of the arm's size: how high the base stands where the file begins at the shoulder
 
 
-class ArmDrawing:
+class ArmDrawing(Drawing):
     """Draws the chain of an arm under one name; `opacity` below 1 makes a ghost."""
 
     def __init__(
         self, scene: viser.SceneApi, name: str, arm: Arm, link_colour: tuple[int, int, int],
         joint_colour: tuple[int, int, int], opacity: float | None = None,
     ) -> None:  # fmt: skip
+        super().__init__(scene.add_frame(name, show_axes=False))
         self._scene, self._arm = scene, arm
         self._link_colour, self._joint_colour, self._opacity = link_colour, joint_colour, opacity
         self._size = size_of(arm)
-        self._root = scene.add_frame(name, show_axes=False)
         self._frames = self._add_joints(name)
-
-    @property
-    def visible(self) -> bool:
-        """Whether the arm is to be seen."""
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
 
     def show(self, q: np.ndarray) -> None:
         """Move to q (n,) [rad, m]."""
@@ -66,8 +59,9 @@ class ArmDrawing:
             if length > SHORT * self._size:
                 self._cylinder(f'{name}/link{k}', radius, length, (a + b) / 2, (b - a) / length, self._link_colour)
                 self._scene.add_icosphere(
-                    f'{name}/end{k}', radius, color=self._link_colour, position=b, opacity=self._opacity
-                )
+                    f'{name}/end{k}', radius, subdivisions=ROUND, color=self._link_colour, position=b,
+                    opacity=self._opacity,
+                )  # fmt: skip
 
     def _cylinder(self, name, radius, length, position, axis, colour) -> None:
         rotation = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.asarray(axis, dtype=float))

@@ -13,11 +13,12 @@ from viser.extras import ViserUrdf
 
 from ros_ik_pkg.ik import ArgumentError, Arm
 from ros_ik_pkg.panel.arm_drawing import wxyz_of
+from ros_ik_pkg.panel.drawing import Drawing
 
 PACKAGE, FILE = 'package://', 'file://'
 
 
-class MeshDrawing:
+class MeshDrawing(Drawing):
     """Draws the whole robot of a URDF file under one name; joints outside the arm's chain stay at zero."""
 
     def __init__(self, server: viser.ViserServer, name: str, arm: Arm, path: Path) -> None:
@@ -25,21 +26,14 @@ class MeshDrawing:
         robot = yourdfpy.URDF.load(
             path, build_scene_graph=True, load_meshes=True, filename_handler=lambda fname: str(find(fname, path.parent))
         )
-        self._root = server.scene.add_frame(
-            name, show_axes=False, wxyz=wxyz_of(base_from_root), position=base_from_root[:3, 3]
+        super().__init__(
+            server.scene.add_frame(
+                name, show_axes=False, wxyz=wxyz_of(base_from_root), position=base_from_root[:3, 3]
+            )
         )
         self._robot = ViserUrdf(server, robot, root_node_name=name)
         self._joints = self._robot.get_actuated_joint_names()
         self._arm = arm
-
-    @property
-    def visible(self) -> bool:
-        """Whether the arm is to be seen."""
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
 
     def show(self, q: np.ndarray) -> None:
         """Move to q (n,) [rad, m]."""

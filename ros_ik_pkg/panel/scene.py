@@ -10,14 +10,17 @@ import viser
 
 from ros_ik_pkg.compare.palette import COLOURS, COLOURS_ON_DARK, TARGET, rgb
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.arm_drawing import ArmDrawing, floor_of, size_of, wxyz_of
+from ros_ik_pkg.panel.arm_drawing import ROUND, ArmDrawing, floor_of, size_of, wxyz_of
 from ros_ik_pkg.panel.camera import Camera
 from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
 
 LINK, JOINT = (205, 211, 219), (84, 96, 112)
 GHOST = (140, 150, 165)
 LIGHT_FLOOR, DARK_FLOOR = ((225, 228, 232), (200, 205, 211)), ((48, 51, 56), (66, 70, 77))
+GROUND, SKY, SUN = (150, 150, 165), 2.6, 1.6  # colour from below, brightness
+SUN_FROM = (0.3, -0.5, 1.0)
 PATH_WIDTH = 3.5  # pixels
+STRIDE = 0.004  # of the arm's size, about a pixel: the least way from one point of a path to the next
 EASE = 0.3  # of the way to the solution that the arm goes in one tick
 TARGET_RADIUS, AXES, GIZMO = 0.042, 0.13, 0.22  # of the arm's size
 
@@ -30,18 +33,20 @@ class Scene:
 
     def __init__(self, server: viser.ViserServer, moved: Callable[[np.ndarray], object]) -> None:
         self._server, self._scene, self._moved = server, server.scene, moved
-        # Shadows take half of the frames of a page without a graphics card, and a frame is when a page takes messages.
-        self._scene.configure_default_lights(cast_shadow=False)
+        # Shadows and reflections take most of a frame where the graphics card is a program.
+        self._scene.configure_default_lights(enabled=False)
+        self._scene.configure_environment_map(hdri=None)
         self._camera = Camera(server)
-        self._paths: dict[str, viser.LineSegmentsHandle] = {}
         self._shown = self._goal = np.empty(0)
         self._dark = False
 
     def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
         """Draw an arm, with the meshes of its source where it has them, at its seed (n,), and the target (4, 4)."""
         self._scene.reset()
-        self._arm, size = arm, size_of(arm)
-        self._paths = {}
+        self._arm, self._size = arm, size_of(arm)
+        size = self._size
+        self._add_lights()
+        self._add_paths()
         self._add_floor(arm, size)
         self._body = mesh_drawing(self._server, '/arm', arm, source) or ArmDrawing(
             self._scene, '/arm', arm, LINK, JOINT
@@ -79,37 +84,37 @@ class Scene:
             self._place_arm()
 
     def show_paths(self, paths: Mapping[str, np.ndarray]) -> None:
-        """Draw the ways of the tip (k, 3), by method; those that are not there any more vanish."""
-        for method in COLOURS:
-            points = paths.get(method, np.empty((0, 3)))
-            self._show_path(method, np.stack([points[:-1], points[1:]], axis=1).astype(np.float32))
-
-    def _show_path(self, method: str, segments: np.ndarray) -> None:
-        line = self._paths.get(method)
-        if line is None and len(segments):
-            self._paths[method] = self._scene.add_line_segments(
-                f'/paths/{method}', segments, self._colour(method), thickness=PATH_WIDTH, thickness_units='screen'
+        """Draw the ways of the tip (k, 3), by method, and no others."""
+        colours = COLOURS_ON_DARK if self._dark else COLOURS
+        ways = {method: spaced(points, STRIDE * self._size) for method, points in paths.items()}
+        segments = {method: np.stack([way[:-1], way[1:]], axis=1) for method, way in ways.items() if len(way) > 1}
+        self._paths.visible = bool(segments)
+        if segments:
+            self._paths.points = np.concatenate([*segments.values()]).astype(np.float32)
+            self._paths.colors = np.concatenate(
+                [np.full(lines.shape, linear(rgb(colours[method]))) for method, lines in segments.items()]
             )
-        elif line is not None:
-            line.visible = len(segments) > 0
-            if len(segments):
-                line.points = segments
 
     def choose_theme(self, dark: bool) -> None:
-        """Take a floor for a light or a dark page; the ways of the tip are gone until they are shown again."""
+        """Take a floor for a light or a dark page; the ways of the tip change when they are shown again."""
         self._dark = dark
         self._floor.cell_color, self._floor.section_color = DARK_FLOOR if dark else LIGHT_FLOOR
-        for line in self._paths.values():
-            line.remove()
-        self._paths = {}
-
-    def _colour(self, method: str) -> tuple[int, int, int]:
-        return rgb((COLOURS_ON_DARK if self._dark else COLOURS)[method])
 
     def _place_arm(self) -> None:
         self._body.show(self._shown)
         tip = self._arm.forward(self._shown)
         self._tip.wxyz, self._tip.position = wxyz_of(tip), tip[:3, 3]
+
+    def _add_lights(self) -> None:
+        self._scene.add_light_hemisphere('/sky', sky_color=(255, 255, 255), ground_color=GROUND, intensity=SKY)
+        self._scene.add_light_directional('/sun', position=SUN_FROM, intensity=SUN)
+
+    def _add_paths(self) -> None:
+        """Add one node for the ways of all methods: a page does more for each node than for each line."""
+        none = np.zeros((1, 2, 3))
+        self._paths = self._scene.add_line_segments(
+            '/paths', none, none, thickness=PATH_WIDTH, thickness_units='screen', visible=False
+        )
 
     def _add_floor(self, arm: Arm, size: float) -> None:
         height = floor_of(arm)
@@ -128,7 +133,7 @@ class Scene:
             '/target', scale=GIZMO * size, line_width=3.0, depth_test=False
         )
         self._scene.add_icosphere(
-            '/target/point', TARGET_RADIUS * size, color=rgb(TARGET), opacity=0.6
+            '/target/point', TARGET_RADIUS * size, subdivisions=ROUND, color=rgb(TARGET), opacity=0.6
         )
 
         @self._gizmo.on_update
@@ -136,3 +141,16 @@ class Scene:
             if event.client is not None:
                 rotation = pin.Quaternion(*event.target.wxyz).normalized().matrix()
                 self._moved(pin.SE3(rotation, np.array(event.target.position)).homogeneous)
+
+
+def linear(colour: tuple[int, int, int]) -> np.ndarray:
+    """Return an sRGB colour as what viser takes for colours of vertices: linear light, 0 to 255."""
+    share = np.array(colour) / 255.0
+    return (255.0 * np.where(share > 0.04045, ((share + 0.055) / 1.055) ** 2.4, share / 12.92)).round().astype(np.uint8)
+
+
+def spaced(points: np.ndarray, stride: float) -> np.ndarray:
+    """Thin points (k, 3) out to one for each stride of the way, the first and the last among them."""
+    way = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))
+    _, chosen = np.unique(way // stride, return_index=True)
+    return points[np.union1d(chosen, np.arange(len(points))[-1:])]
