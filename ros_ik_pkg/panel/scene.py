@@ -119,8 +119,8 @@ class Scene:
     def _add_floor(self, arm: Arm, size: float) -> None:
         height = floor_of(arm)
         self._floor = self._scene.add_grid(
-            '/floor', 4 * size, 4 * size, cell_size=0.1, section_size=0.5,
-            fade_distance=8.0 * size, fade_strength=1.5, position=(0.0, 0.0, height),
+            '/floor', 2.4 * size, 2.4 * size, cell_size=0.1, section_size=0.5,
+            fade_from='origin', fade_distance=1.2 * size, position=(0.0, 0.0, height),
         )  # fmt: skip
         self.choose_theme(self._dark)
         if height < 0.0:
