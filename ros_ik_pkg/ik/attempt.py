@@ -99,7 +99,8 @@ def freeze_pushed(geometry, work):
     frozen = False
     for i in range(len(work.q)):
         q, push = work.q[i], work.dq[i]
-        if (push < 0.0 and q <= geometry.lower[i]) or (push > 0.0 and q >= geometry.upper[i]):
+        # Without `and` and `or`: the processor cannot guess signs, but that few joints are at a limit.
+        if ((push < 0.0) & (q <= geometry.lower[i])) | ((push > 0.0) & (q >= geometry.upper[i])):
             work.columns[i, :] = 0.0
             frozen = True
     return frozen
@@ -107,15 +108,12 @@ def freeze_pushed(geometry, work):
 
 @inlined
 def largest_component(dq):
-    """Return max |dq_i|, NaN if any component is NaN."""
-    largest = 0.0
+    """Return max |dq_i|; no finite number where a component is none."""
+    largest, total = 0.0, 0.0
     for i in range(len(dq)):
-        size = abs(dq[i])
-        if not size <= largest:
-            largest = size
-        if size != size:
-            return math.nan
-    return largest
+        largest = max(largest, abs(dq[i]))
+        total += abs(dq[i])
+    return largest if total < math.inf else total
 
 
 @inlined
