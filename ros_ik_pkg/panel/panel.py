@@ -28,6 +28,7 @@ from ros_ik_pkg.ros.robot_source import urdf_text
 
 PATIENCE = 1.0  # s for an answer; then the target is sent again
 SERVICE_PATIENCE = 3.0  # s for an answer of a parameter service
+FIELDS = 0.2  # s for which the fields wait for a target that is dragged: a page does much for each change of them
 
 
 class Panel:
@@ -46,8 +47,9 @@ class Panel:
         self._alive = False
         self._ask_again = math.inf  # when to repeat a question about parameters
         self._questions = 0
-        self._dirty = self._seed_changed = self._target_changed = False
+        self._dirty = self._seed_changed = False
         self._sent = 0.0  # when the last target went out
+        self._fields_due = math.inf  # when the fields are to show the target
         self._robot = robots.parameters_of(SHIPPED[0])
         self._name = SHIPPED[0]  # of the robot, on the page
         self._use(robots.load(self._robot))
@@ -166,8 +168,8 @@ class Panel:
 
     def _show(self) -> None:
         """Draw what is new."""
-        if self._target_changed:
-            self._target_changed = False
+        if time.monotonic() >= self._fields_due:
+            self._fields_due = math.inf
             self._controls.show_target(self._problem.target)
         if not self._ready:
             return
@@ -212,7 +214,8 @@ class Panel:
         self._controls.show_seed(problem.seed)
         self._scene.show_seed(problem.seed)
         self._scene.show_target(problem.target)
-        self._dirty = self._seed_changed = self._target_changed = True
+        self._dirty = self._seed_changed = True
+        self._fields_due = 0.0
 
     # What the user can do: see controls.Actions. A page may send any value; what raises changes nothing.
 
@@ -252,7 +255,8 @@ class Panel:
         self._problem = Problem(self._arm, self._problem.seed, target)
         if not dragged:
             self._scene.show_target(target)
-        self._dirty = self._target_changed = True
+        self._dirty = True
+        self._fields_due = min(self._fields_due, time.monotonic() + FIELDS) if dragged else 0.0
 
     def set_joint(self, joint: int, position: float) -> None:
         """Take the position [rad, m] of one joint of the seed."""
