@@ -80,12 +80,12 @@ MALFORMED = [
     (
         'only a loop',
         urdf('ab', [joint_xml('j', 'fixed', 'a', 'b'), joint_xml('k', 'fixed', 'b', 'a')]),
-        'no root link, joints form a closed loop: j, k; expected exactly one',
+        'no root link, expected exactly one link without a parent; joints form a closed loop: j, k',
     ),
     (
         'only a loop, and what hangs on it',
         urdf('cab', [joint_xml(name, 'fixed', *links) for name, links in (('i', 'ac'), ('j', 'ab'), ('k', 'ba'))]),
-        'no root link, joints form a closed loop: j, k; expected exactly one',
+        'no root link, expected exactly one link without a parent; joints form a closed loop: j, k',
     ),
     (
         'a loop beside',

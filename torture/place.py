@@ -17,7 +17,7 @@ WHOLE = re.compile(
 
 def names_a_place(error: str, text: str) -> bool:
     """Whether an error names a line, a position, or an element, joint, link or key that the file has."""
-    error = ROBOT.sub('', error)
+    error, text = ROBOT.sub('', error), text.replace('\0', '')  # which UTF-16 has between its letters
     if POSITION.search(error) or WHOLE.search(error):
         return True
     quoted = [one or other for one, other in QUOTED.findall(error)]

@@ -222,9 +222,11 @@ def _find_root(links: list[str], joints: list[Joint]) -> str:
         children[joint.child] = joint
     roots = [link for link in links if link not in children]
     if len(roots) != 1:
-        found = f'{len(roots)} root links: {shorten(roots)}' if roots else (
-            f'no root link, joints form a closed loop: {shorten(_loop_above(links[0], children))}')
-        raise ModelError(f'{found}; expected exactly one link without a parent')
+        wanted = 'expected exactly one link without a parent'
+        if roots:
+            raise ModelError(f'{len(roots)} root links: {shorten(roots)}; {wanted}')
+        loop = _loop_above(links[0], children)
+        raise ModelError(f'no root link, {wanted}; joints form a closed loop: {shorten(loop)}')
     return roots[0]
 
 
