@@ -10,14 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numerics import law
 
-from ros_ik_pkg.ik.sincos import BLOCK, LARGE, sincos_all
+from ros_ik_pkg.ik.records import blocks
+from ros_ik_pkg.ik.sincos import LARGE, sincos_all
 
 CLOSE = 2.3e-16  # two units in the last place of 1
 
 
 def sincos(*angles):
     """Sines and cosines of angles, as forward kinematics asks for them: a block filled up with zeros."""
-    values = np.zeros(-(-len(angles) // BLOCK) * BLOCK)
+    values = np.zeros(blocks(len(angles)))
     values[: len(angles)] = angles
     sines, cosines = np.empty_like(values), np.empty_like(values)
     sincos_all(values, sines, cosines)

@@ -98,12 +98,18 @@ def freeze_pushed(geometry, work):
     """Take joints at a limit that dq pushes outwards out of the system; return whether there were any."""
     frozen = False
     for i in range(len(work.q)):
-        q, push = work.q[i], work.dq[i]
-        # Without `and` and `or`: the processor cannot guess signs, but that few joints are at a limit.
-        if ((push < 0.0) & (q <= geometry.lower[i])) | ((push > 0.0) & (q >= geometry.upper[i])):
+        if pushed_outwards(geometry, work, i):
             work.columns[i, :] = 0.0
             frozen = True
     return frozen
+
+
+@inlined
+def pushed_outwards(geometry, work, i):
+    """Return whether joint i is at a limit and dq pushes it outwards."""
+    q, push = work.q[i], work.dq[i]
+    # Without `and` and `or`: the processor cannot guess signs, but that few joints are at a limit.
+    return ((push < 0.0) & (q <= geometry.lower[i])) | ((push > 0.0) & (q >= geometry.upper[i]))
 
 
 @inlined

@@ -43,7 +43,7 @@ CACHE_FOLDER = cache_folder()
 NOT_SAVED: list[str] = []  # why compiled code could not be saved
 
 
-def _decorator(**options: Any) -> Callable[[Function], Function]:
+def _decorator(forceinline: bool = False, **options: Any) -> Callable[[Function], Function]:
     """Return njit with the options that all compiled functions share."""
 
     def decorate(function: Function) -> Function:
@@ -55,6 +55,7 @@ def _decorator(**options: Any) -> Callable[[Function], Function]:
                 error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
                 nogil=True,  # batches run on threads
                 fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
+                forceinline=forceinline,  # said in any case: else Numba takes it from the caller
                 **options,
             )(function)
             _forgive_full_disk(dispatcher)
@@ -79,14 +80,14 @@ def _forgive_full_disk(dispatcher: Any) -> None:
 
 
 # What callers enter by: may allocate.
-compiled = _decorator(forceinline=False)
+compiled = _decorator()
 
 # Inside the loop: no reference counts (atomic instructions, dearer than the arithmetic) and so no allocation
 # either, which Numba then refuses to compile.
-kernel = _decorator(_nrt=False, forceinline=False)  # said: else Numba takes it from the caller
+kernel = _decorator(_nrt=False)
 
 # Small kernels that return tuples: inlined, so that the numbers stay in registers.
-inlined = _decorator(_nrt=False, forceinline=True)
+inlined = _decorator(forceinline=True, _nrt=False)
 
 
 def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:

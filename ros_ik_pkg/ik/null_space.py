@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ros_ik_pkg.ik.attempt import largest_component
+from ros_ik_pkg.ik.attempt import largest_component, pushed_outwards
 from ros_ik_pkg.ik.clock import passed
 from ros_ik_pkg.ik.compiled import kernel
 from ros_ik_pkg.ik.linalg import ROWS, assign
@@ -195,8 +195,7 @@ def leave_out_pushed(geometry, work):
     whether there were any."""
     some = False
     for i in range(len(work.q)):
-        q, push = work.q[i], work.dq[i]
-        if (push < 0.0 and q <= geometry.lower[i]) or (push > 0.0 and q >= geometry.upper[i]):
+        if pushed_outwards(geometry, work, i):
             work.columns[i, :] = 0.0
             work.null[i] = 0.0
             some = True

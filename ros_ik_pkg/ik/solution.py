@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -124,29 +123,17 @@ class Solution:
         q and the figures, as the compiled code wrote them.
     solutions : (k, n) array or None
         With choice='all' the distinct answers by their distance from the reference, q the first.
+    trace : Trace or None
+        Every iterate, where it was asked for.
 
     """
 
-    __slots__ = ('_trace', 'row', 'solutions')
+    __slots__ = ('row', 'solutions', 'trace')
 
-    def __init__(
-        self, row: np.ndarray, solutions: np.ndarray | None = None, trace: Trace | Callable[[], Trace] | None = None
-    ) -> None:
+    def __init__(self, row: np.ndarray, solutions: np.ndarray | None = None, trace: Trace | None = None) -> None:
         self.row = row
         self.solutions = solutions
-        self._trace = trace  # or what makes it: who waits for the answer need not wait for that
-
-    @property
-    def traced(self) -> bool:
-        """Whether there is a trace."""
-        return self._trace is not None
-
-    @property
-    def trace(self) -> Trace | None:
-        """Every iterate, where it was asked for."""
-        if callable(self._trace):
-            self._trace = self._trace()
-        return self._trace
+        self.trace = trace
 
     @property
     def q(self) -> np.ndarray:

@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -117,8 +116,7 @@ def _solve_at_length(
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
-    # What was used of the rows, so that megabytes do not wait for somebody to read a trace.
-    return Solution(row, found, partial(_trace, rows[:count].copy(), count, n) if trace else None)
+    return Solution(row, found, _trace(rows, count, n) if trace else None)
 
 
 @dataclass(slots=True)
@@ -276,8 +274,9 @@ def _chunks(count: int, threads: int) -> Iterator[slice]:
     return (slice(k, min(k + size, count)) for k in range(0, count, size))
 
 
-def _trace(used: np.ndarray, count: int, n: int) -> Trace:
-    """Cut the rows that were written, of `count` iterates that there were, into their parts."""
+def _trace(rows: np.ndarray, count: int, n: int) -> Trace:
+    """Cut the rows that were written into their parts."""
+    used = rows[:count].copy()
     return Trace(
-        used[:, :TRACE_WIDTH], used[:, TRACE_WIDTH : TRACE_WIDTH + n], used[:, TRACE_WIDTH + n :], count > len(used)
+        used[:, :TRACE_WIDTH], used[:, TRACE_WIDTH : TRACE_WIDTH + n], used[:, TRACE_WIDTH + n :], count > len(rows)
     )

@@ -43,8 +43,8 @@ class Scene:
     def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
         """Draw an arm, with the meshes of its source where it has them, at its seed (n,), and the target (4, 4)."""
         self._scene.reset()
-        self._arm, self._size = arm, size_of(arm)
-        size = self._size
+        self._arm = arm
+        self._size = size = size_of(arm)
         self._add_lights()
         self._add_paths()
         self._add_floor(arm, size)

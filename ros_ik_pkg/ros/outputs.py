@@ -64,7 +64,7 @@ class Outputs:
         """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""
         if self._result.heard:
             self._result.publish(result_message(answer, self._name))
-        if answer.solution is not None and answer.solution.traced:
+        if answer.solution is not None and answer.solution.trace is not None:
             self.reports.submit(answer)
 
     def _report(self, answer: Answer) -> None:
