@@ -28,12 +28,13 @@ from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.ros.parameters import PARAMETERS
 from ros_ik_pkg.ros.reply import Reply, values
+from ros_ik_pkg.ros.target import Target
 from ros_ik_pkg.tools.processes import ros_node
 
 ROOT = FilePath(__file__).resolve().parents[1]
 START_TIMEOUT = 900.0  # s; the first start on a machine compiles, a busy one for minutes
 TIMEOUT = 60.0  # s; far beyond what anything here takes, on a busy machine too
-# rclpy loads lark when a node is made, and lark a module that Python 3.12 calls deprecated.
+# rclpy loads lark when a node is made or a message written, and lark a module that Python 3.12 calls deprecated.
 allow_lark = pytest.mark.filterwarnings("ignore:module 'sre_.*' is deprecated:DeprecationWarning")
 CALM = {'deadline': 10.0}  # s; no solve here takes a thousandth of it, unless a busy machine holds it up
 DEFAULTS = {name: option.default for name, option in PARAMETERS.items()} | CALM
@@ -205,6 +206,11 @@ def pose_of(base_from_tip: np.ndarray, frame: str = '') -> PoseStamped:
     p, q = message.pose.position, message.pose.orientation
     p.x, p.y, p.z, q.x, q.y, q.z, q.w = pin.SE3ToXYZQUAT(pin.SE3(base_from_tip)).tolist()
     return message
+
+
+def target_of(base_from_tip: np.ndarray, frame: str = '') -> Target:
+    """Return a (4, 4) pose as the node takes it in."""
+    return Target.of(pose_of(base_from_tip, frame))
 
 
 def joint_state(names, positions) -> JointState:

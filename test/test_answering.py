@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from rclpy.clock import ROSClock
-from ros_helpers import CALM, joint_state, pose_of
+from ros_helpers import CALM, joint_state, target_of
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros.answering import Answering
@@ -34,7 +34,7 @@ def answering_with(arm=UR5, **values) -> Answering:
 
 def command(answering: Answering, target: np.ndarray) -> np.ndarray:
     """Return the joints (n,) that go out for a target (4, 4)."""
-    answer = answering.answer(pose_of(target), trace=False)
+    answer = answering.answer(target_of(target), trace=False)
     assert answer.outcome == 'solved', answer.reason
     return answer.command.q
 
@@ -87,7 +87,7 @@ def test_without_joint_states_limited_steps_from_home_go_on_from_the_last_and_ar
     answering = answering_with(**{**STREAM, **values, 'max_step_time': 0.1})
     target, before = UR5.forward(START), UR5.home
     for _ in range(1000):
-        answer = answering.answer(pose_of(target), trace=False)
+        answer = answering.answer(target_of(target), trace=False)
         assert np.max(np.abs(answer.command.q - before) / UR5.velocity_limits) <= answer.command.step_time + ROUNDING
         before = answer.command.q
         if answer.command.fraction == 1.0:
@@ -102,7 +102,7 @@ def go_round(answering: Answering, q: np.ndarray, rounds: int = 1) -> np.ndarray
     for x, y in corners * rounds:
         target = PANDA.forward(q)
         target[:2, 3] += x, y
-        answer = answering.answer(pose_of(target), trace=False)
+        answer = answering.answer(target_of(target), trace=False)
         assert answer.outcome == 'solved', answer.reason
     return answer.command.q
 
@@ -123,14 +123,14 @@ def test_an_empty_posture_brings_joints_back_from_a_closed_path():
 def test_an_empty_posture_is_held_through_changes_of_other_parameters_and_not_of_the_arm():
     q = PANDA.home + 0.1
     answering = holding(q)
-    assert answering.answer(pose_of(PANDA.forward(q)), trace=False).outcome == 'solved'
+    assert answering.answer(target_of(PANDA.forward(q)), trace=False).outcome == 'solved'
     held = answering.settings.options.posture
     answering.take_over(settings(null_space='posture', seed_source='home', method='dls'), PANDA)
-    answering.answer(pose_of(PANDA.forward(q)), trace=False)
+    answering.answer(target_of(PANDA.forward(q)), trace=False)
     assert answering.settings.options.posture == held == tuple(q)
     assert answering.parameters.options.posture == ()
     answering.take_over(answering.parameters, load_arm('panda'))
-    answering.answer(pose_of(PANDA.forward(q)), trace=False)
+    answering.answer(target_of(PANDA.forward(q)), trace=False)
     assert answering.settings.options.posture == tuple(PANDA.home)
     for values in ({'null_space': 'none'}, {'null_space': 'posture', 'posture': [0.5] * 7}):
         answering.take_over(settings(**values), answering.arm)
@@ -141,7 +141,7 @@ def test_a_seed_beyond_all_sense_is_not_held():
     answering = answering_with(null_space='posture')
     for q in (START + 1e9, START):
         answering.joint_states.keep(joint_state(UR5.joint_names, q))
-        answering.answer(pose_of(UR5.forward(START)), trace=False)
+        answering.answer(target_of(UR5.forward(START)), trace=False)
     assert answering.settings.options.posture == tuple(START)
 
 
@@ -155,13 +155,13 @@ def test_a_seed_beyond_all_sense_is_not_held():
 )
 def test_a_target_in_a_frame_of_the_robot_is_refused_with_what_is_wrong_with_the_joint_states(names, positions, words):
     answering = answering_with(seed_source='home')
-    pose = pose_of(np.eye(4), 'link2')
+    target = target_of(np.eye(4), 'link2')
     answering.joint_states.keep(joint_state(UR5.joint_names, START))
-    assert answering.answer(pose, trace=False).outcome != 'refused'
+    assert answering.answer(target, trace=False).outcome != 'refused'
     answering.joint_states.keep(joint_state(names, positions))
-    answer = answering.answer(pose, trace=False)
+    answer = answering.answer(target, trace=False)
     assert (answer.outcome, answer.cause) == ('refused', 'joint_states') and words in answer.reason
-    assert answering.answer(pose_of(np.eye(4), UR5.base_frame), trace=False).outcome != 'refused'
+    assert answering.answer(target_of(np.eye(4), UR5.base_frame), trace=False).outcome != 'refused'
 
 
 def test_the_joints_to_a_frame_are_those_whose_positions_place_it():

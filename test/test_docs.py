@@ -18,6 +18,7 @@ from ros_ik_pkg.ik import METHODS, OPTIONS, SolveOptions, Status, load_arm, solv
 from ros_ik_pkg.ros.interface import NODE_NAME, TOPICS
 from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import PARAMETERS
+from ros_ik_pkg.ros.target import Target
 from ros_ik_pkg.tools import send_target
 
 pytestmark = pytest.mark.once
@@ -150,7 +151,7 @@ def test_the_target_that_ros2_publishes_is_solved_by_the_default_robot_from_home
     for part in ('position', 'orientation'):
         for axis, value in given['pose'][part].items():
             setattr(getattr(message.pose, part), axis, value)
-    pose, notes = target_pose(message)
+    pose, notes = target_pose(Target.of(message))
     arm = load_arm(PARAMETERS['robot'].default)
     assert given['header']['frame_id'] == arm.base_frame
     assert solve(arm, pose, options=CALM).converged

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import PoseStamped
 from ros_helpers import Client, allow_lark, connected, joint_state, pose_of
 
 from ros_ik_pkg.ik import load_arm
@@ -15,6 +14,7 @@ from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Answe
 from ros_ik_pkg.ros.health import Health, Limits
 from ros_ik_pkg.ros.joint_states import JointStates
 from ros_ik_pkg.ros.parameters import PARAMETERS, Settings
+from ros_ik_pkg.ros.target import UNREAD
 
 NEVER = Limits(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 DEFAULTS = Settings.from_values({name: option.default for name, option in PARAMETERS.items()}).health_limits
@@ -24,7 +24,7 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 def health_after(*outcomes: tuple[str, str], limits: Limits = DEFAULTS, **missing) -> tuple[Health, DiagnosticStatus]:
     health = Health()
     for number, (outcome, cause) in enumerate(outcomes):
-        answer = Answer(PoseStamped(), outcome, cause, f'because of {cause}', 'dls')
+        answer = Answer(UNREAD, outcome, cause, f'because of {cause}', 'dls')
         health.count(answer, 0.001 * (number + 1))
     return health, health.report(limits, 2.0, **missing)
 
@@ -52,7 +52,7 @@ def test_the_last_error_stays_with_its_age(monkeypatch):
     health, status = health_after((SOLVED, 'converged'), (REFUSED, 'frame'))
     assert 0.0 <= float(figures(status)['last_error_age']) < 60.0
     began = health.last_error_time
-    health.count(Answer(PoseStamped(), SOLVED, 'converged', 'within tolerance', 'dls'), 0.001)
+    health.count(Answer(UNREAD, SOLVED, 'converged', 'within tolerance', 'dls'), 0.001)
     monkeypatch.setattr('time.monotonic', lambda: began + 90.0)
     later = figures(health.report(DEFAULTS, 2.0))
     assert (later['last_error'], later['last_error_age']) == ('because of frame', '90.0')

@@ -27,6 +27,7 @@ from ros_ik_pkg.ros.messages import (
     trajectory_message,
 )
 from ros_ik_pkg.ros.statuses import MAX_ITERATION_STATUSES, iterations_message, result_message
+from ros_ik_pkg.ros.target import Target
 
 ROUNDING = 1e-12
 VECTORS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
@@ -47,9 +48,7 @@ def answer_with(rows: int = 3) -> Answer:
     }  # fmt: skip
     row = np.concatenate([np.linspace(0.0, 0.5, arm.n), [figures[name] for name in FIGURES]])
     solution = Solution(row, solutions=np.zeros((1, arm.n)), trace=trace)
-    target = PoseStamped()
-    target.header.stamp.sec, target.header.stamp.nanosec = 12, 34
-    target.header.frame_id = 'elsewhere'
+    target = Target(12, 34, 'elsewhere', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     command = Command(solution.q, start=np.zeros(arm.n), velocity_limits=np.full(arm.n, 2.0))  # 0.25 s away
     return Answer(target, 'solved', 'converged', 'fine', 'dls', arm, solution, ('one', 'two'), command=command)
 
@@ -70,7 +69,7 @@ def test_a_pose_is_the_rotation_of_rodrigues_and_its_position(p, axis, angle):
     orientation = message.pose.orientation
     orientation.x, orientation.y, orientation.z = (math.sin(angle / 2) * unit).tolist()
     orientation.w = math.cos(angle / 2)
-    pose, notes = target_pose(message)
+    pose, notes = target_pose(Target.of(message))
     np.testing.assert_allclose(pose[:3, :3], expected, atol=ROUNDING)
     np.testing.assert_array_equal(pose[:3, 3], p)
     np.testing.assert_array_equal(pose[3], [0, 0, 0, 1])
@@ -80,7 +79,7 @@ def test_a_pose_is_the_rotation_of_rodrigues_and_its_position(p, axis, angle):
 def test_a_quaternion_slightly_off_is_normalised_with_a_note():
     message = pose_of(np.eye(4))
     message.pose.orientation.z, message.pose.orientation.w = 0.6 * 1.009, 0.8 * 1.009
-    pose, notes = target_pose(message)
+    pose, notes = target_pose(Target.of(message))
     np.testing.assert_allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=ROUNDING)
     assert notes == ('quaternion of norm 1.009 normalised',)
 
@@ -103,7 +102,7 @@ def test_a_pose_that_makes_no_sense_is_refused(field, value, cause, words):
     part, name = field.split('.')
     setattr(getattr(message.pose, part), name, value)
     with pytest.raises(RefusedError) as refused:
-        target_pose(message)
+        target_pose(Target.of(message))
     assert refused.value.cause == cause
     assert words in str(refused.value)
 

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rclpy.clock import ROSClock
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -27,6 +28,7 @@ from ros_ik_pkg.ik import Arm, load_arm
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import SOLVED, Answer
 from ros_ik_pkg.ros.answering import Answering
+from ros_ik_pkg.ros.cdr import read_target
 from ros_ik_pkg.ros.check import fault_of
 from ros_ik_pkg.ros.frames import Frames
 from ros_ik_pkg.ros.node import LOG_PERIOD
@@ -88,8 +90,9 @@ def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
         answering.take_over(settings_without_tf, arm)
         for _ in range(random.randint(1, SOURCES)):
             answering.joint_states.keep(any_joint_state(random, arm.joint_names))
+        pose = any_pose(random, good_pose(arm), arm.frame_names)
         began = time.thread_time()
-        answer = answering.answer(any_pose(random, good_pose(arm), arm.frame_names), trace=False)
+        answer = answering.answer(read_target(serialize_message(pose)), trace=False)
         assert time.thread_time() - began < PATIENCE, f'{time.thread_time() - began} s'
         assert not (fault := fault_in(answer, answering)), fault
         outcomes[answer.outcome] += 1

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
 
 from ros_ik_pkg.ik import Arm, Solution
+from ros_ik_pkg.ros.target import Target
 from ros_ik_pkg.ros.velocity import travel_time
 
 SOLVED, FAILED, REFUSED = 'solved', 'failed', 'refused'
@@ -55,7 +55,7 @@ class Answer:
     None where the target did not get that far.
     """
 
-    target: PoseStamped
+    target: Target
     outcome: str
     cause: str
     reason: str

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from builtin_interfaces.msg import Time as Stamp
-from geometry_msgs.msg import PoseStamped
 from rclpy.clock import ROSClock
 
 from ros_ik_pkg.ik import ArgumentError, Arm, Solution, Status, solve
@@ -16,6 +14,7 @@ from ros_ik_pkg.ros.joint_states import JointStates
 from ros_ik_pkg.ros.messages import target_pose
 from ros_ik_pkg.ros.parameters import Settings
 from ros_ik_pkg.ros.posture import HeldPosture
+from ros_ik_pkg.ros.target import Target
 
 CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
 AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and no URDF came on the topic robot_description'
@@ -41,7 +40,7 @@ class Answering:
         self.parameters, self.arm = settings, arm
         self.settings = self._posture.take_over(settings, arm)
 
-    def answer(self, target: PoseStamped, trace: bool) -> Answer:
+    def answer(self, target: Target, trace: bool) -> Answer:
         """Return the one answer to a target; what is refused on the way becomes a refused answer."""
         try:
             return self._solve(target, trace)
@@ -50,7 +49,7 @@ class Answering:
         except ArgumentError as error:
             return self._without_solution(target, REFUSED, 'argument', str(error))
 
-    def internal_error(self, target: PoseStamped, error: Exception) -> Answer:
+    def internal_error(self, target: Target, error: Exception) -> Answer:
         """Return the answer to a target whose handling failed in a way that nobody foresaw."""
         reason = f'internal error {type(error).__name__}: {error}'
         return self._without_solution(target, FAILED, INTERNAL_ERROR, reason)
@@ -63,14 +62,14 @@ class Answering:
             return None
         return self.joint_states.age(self.arm.joint_names)
 
-    def _without_solution(self, target: PoseStamped, outcome: str, cause: str, reason: str) -> Answer:
+    def _without_solution(self, target: Target, outcome: str, cause: str, reason: str) -> Answer:
         return Answer(target, outcome, cause, shorten(reason, 1000), self.settings.options.method, self.arm)
 
-    def _solve(self, target: PoseStamped, trace: bool) -> Answer:
+    def _solve(self, target: Target, trace: bool) -> Answer:
         arm = self.arm
         if arm is None:
             raise RefusedError('no_robot', AWAITING_ROBOT)
-        self._refuse_stale(target.header.stamp)
+        self._refuse_stale(target)
         base_from_target, notes = self._base_from_target(target, arm)
         seed, seed_notes = self._seed(arm)
         if self._posture.awaited:
@@ -88,12 +87,12 @@ class Answering:
         self._commands.complete(answer, start, reference, self.settings)
         return answer
 
-    def _refuse_stale(self, stamp: Stamp) -> None:
+    def _refuse_stale(self, target: Target) -> None:
         """Refuse a target whose stamp is too far from now; a stamp of 0 is now."""
         limit = self.settings.target_timeout
-        if not limit or not (stamp.sec or stamp.nanosec):
+        if not limit or not (target.sec or target.nanosec):
             return
-        age = self._clock.now().nanoseconds / 1e9 - (stamp.sec + stamp.nanosec / 1e9)
+        age = self._clock.now().nanoseconds / 1e9 - (target.sec + target.nanosec / 1e9)
         if age > limit:
             raise RefusedError('stale', f'target is {age:.3f} s old; target_timeout is {limit:g} s')
         if age < -limit:
@@ -103,14 +102,14 @@ class Answering:
                 'machines differ, or one of the nodes runs on simulated time (use_sim_time)',
             )
 
-    def _base_from_target(self, target: PoseStamped, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
+    def _base_from_target(self, target: Target, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
         """Return the target (4, 4) in the base frame, whatever frame of the robot or of TF it was given in."""
         frame_from_target, notes = target_pose(target)
-        frame = target.header.frame_id.removeprefix('/')
+        frame = target.frame_id.removeprefix('/')
         if frame in ('', arm.base_frame):
             return frame_from_target, notes
         if frame not in arm.frame_names and not self._frames.why_not:
-            base_from_frame = self._frames.base_from_frame(arm.base_frame, frame, target.header.stamp)
+            base_from_frame = self._frames.base_from_frame(arm.base_frame, frame, target.stamp)
             return base_from_frame @ frame_from_target, (*notes, 'frame of the target by TF')
         return self._base_from_own_frame(arm, frame) @ frame_from_target, notes
 

@@ -16,20 +16,20 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from ros_ik_pkg.ik import TRACE_COLUMNS, Trace
 from ros_ik_pkg.ik.pose_error import pose_matrix
 from ros_ik_pkg.ros.answer import Answer, Command, RefusedError
+from ros_ik_pkg.ros.target import Target
 
 QUATERNION_SLACK = 0.01  # a norm this far from 1 is rounding or a slip; beyond it, no rotation was meant
 QUATERNION_ROUNDING = 1e-6  # nearer to 1 than this needs no mention
 MAX_DISTANCE = 1e6  # m; further off, a millimetre is lost in the rounding
 
 
-def target_pose(message: PoseStamped) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the pose (4, 4) [m] in the frame of the header, and notes on what was mended.
+def target_pose(target: Target) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return the pose (4, 4) [m] in the frame of the target, and notes on what was mended.
 
     Raises RefusedError on numbers that are not finite, positions beyond MAX_DISTANCE and quaternions whose
     norm is further than QUATERNION_SLACK from 1.
     """
-    p, q = message.pose.position, message.pose.orientation
-    position, quaternion = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
+    position, quaternion = target.position, target.orientation
     norm = math.hypot(*quaternion)
     # NaN is within no bound.
     good = abs(norm - 1.0) <= QUATERNION_ROUNDING and math.hypot(*position) <= MAX_DISTANCE
@@ -111,7 +111,7 @@ def trace_message(answer: Answer, trace: Trace, method: str, run: str) -> Float6
 
 def rows_label(answer: Answer, method: str, run: str) -> str:
     """Return what the rows of a trace message belong to: `rows method=dls run=solve stamp=1.000000002`."""
-    return f'rows method={method} run={run} stamp={stamp_text(answer.target.header.stamp)}'
+    return f'rows method={method} run={run} stamp={stamp_text(answer.target.stamp)}'
 
 
 def stamp_text(stamp: Time) -> str:
@@ -133,4 +133,4 @@ def path_message(answer: Answer) -> Path:
 
 def base_header(answer: Answer) -> Header:
     """Header with the stamp of the target and the base frame of the arm."""
-    return Header(stamp=answer.target.header.stamp, frame_id=answer.arm.base_frame)
+    return Header(stamp=answer.target.stamp, frame_id=answer.arm.base_frame)

@@ -6,7 +6,6 @@ import time
 import traceback
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
@@ -17,6 +16,7 @@ from ros_ik_pkg.ik.compiled import CACHE_FOLDER
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import REFUSED, SOLVED, Answer, shorten
 from ros_ik_pkg.ros.answering import AWAITING_ROBOT, Answering
+from ros_ik_pkg.ros.cdr import read_target
 from ros_ik_pkg.ros.comparison import Comparison
 from ros_ik_pkg.ros.frames import Frames
 from ros_ik_pkg.ros.health import Health
@@ -24,7 +24,10 @@ from ros_ik_pkg.ros.outputs import Outputs
 from ros_ik_pkg.ros.parameters import Parameters, Settings, warnings_about_unknown
 from ros_ik_pkg.ros.robot_source import RobotSource, follows_topic
 from ros_ik_pkg.ros.statuses import key_values
+from ros_ik_pkg.ros.target import UNREAD, Target
 
+# s from a solution to all that is said about it: whoever waits for the solution, often with one core left, has it first
+REPORT_DELAY = 0.0005
 LOG_PERIOD = 1.0  # s between log lines of one kind, however fast targets come
 HEALTH_PERIOD = 1.0  # s, REP 107
 WAITING_LOG_PERIOD = 5.0  # s
@@ -56,40 +59,66 @@ class IkNode(Node):
         self._diagnostics = self.create_publisher(
             DiagnosticArray, interface.DIAGNOSTICS.name, interface.DIAGNOSTICS.qos
         )
-        self.create_timer(HEALTH_PERIOD, self._report_health, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._answered: list[tuple[Answer, Settings, float]] = []  # and its latency [s]; not reported yet
+        self._report_due = 0.0  # s, when they shall be
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._report_timer = self.create_timer(REPORT_DELAY, self._report_answers, clock=steady, autostart=False)
+        self.create_timer(HEALTH_PERIOD, self._report_health, clock=steady)
         self._subscribe(interface.ROBOT_DESCRIPTION, self._on_robot_description)
         self._subscribe(interface.JOINT_STATES, self._answering.joint_states.keep)
-        self._subscribe(interface.TARGET_POSE, self._on_target)
+        self._subscribe(interface.TARGET_POSE, self._on_target, raw=True)
         self.get_logger().info(f'ready: {self._described()}')
 
-    def _subscribe(self, topic: interface.Topic, callback) -> None:
-        self.create_subscription(topic.type, topic.name, callback, topic.qos)
+    def _subscribe(self, topic: interface.Topic, callback, raw: bool = False) -> None:
+        self.create_subscription(topic.type, topic.name, callback, topic.qos, raw=raw)
 
-    def _on_target(self, target: PoseStamped) -> None:
-        """Answer one target: the solution leaves first, everything about it after."""
+    def _on_target(self, data: bytes) -> None:
+        """Answer one target, the bytes of a PoseStamped: the solution leaves now, everything about it soon after."""
         started = time.perf_counter()
-        answer = self._answer(target)
+        if self._answered and started >= self._report_due:  # where targets queue up, the timer does not get its turn
+            self._report_answers()
+        answer = self._answer(data)
         settings = self._answering.settings
         try:
             self._outputs.publish_command(answer, settings.trajectory_time)
         except Exception as error:  # the target gets its result all the same
-            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
-            answer = self._answering.internal_error(target, error)
-        self._health.count(answer, time.perf_counter() - started)
+            answer = self._internal_error(answer.target, error)
+        self._answered.append((answer, settings, time.perf_counter() - started))
+        if len(self._answered) == 1:
+            self._report_due = time.perf_counter() + REPORT_DELAY
+            self._report_timer.reset()
+
+    def _answer(self, data: bytes) -> Answer:
+        """Answer a target whatever happens: an error that nobody foresaw must not end the node."""
+        target = UNREAD
+        try:
+            target = read_target(data)
+            return self._answering.answer(target, self._outputs.want_trace())
+        except Exception as error:
+            return self._internal_error(target, error)
+
+    def _internal_error(self, target: Target, error: Exception) -> Answer:
+        self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
+        return self._answering.internal_error(target, error)
+
+    def _report_answers(self) -> None:
+        """Say what there is to say about the answers since the last time."""
+        self._report_timer.cancel()
+        answered, self._answered = self._answered, []
+        for answer, settings, latency in answered:
+            try:
+                self._report(answer, settings, latency)
+            except Exception:
+                self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
+
+    def _report(self, answer: Answer, settings: Settings, latency: float) -> None:
+        self._health.count(answer, latency)
         self._outputs.publish_result(answer)
         self._comparison.submit(answer, settings.compare, settings.options)
         if answer.outcome == REFUSED:
             self.get_logger().warning(f'target refused: {answer.reason}', throttle_duration_sec=LOG_PERIOD)
         elif answer.outcome != SOLVED:
             self.get_logger().warning(f'target not solved: {answer.reason}', throttle_duration_sec=LOG_PERIOD)
-
-    def _answer(self, target: PoseStamped) -> Answer:
-        """Answer a target whatever happens: an error that nobody foresaw must not end the node."""
-        try:
-            return self._answering.answer(target, self._outputs.want_trace())
-        except Exception as error:
-            self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
-            return self._answering.internal_error(target, error)
 
     def _arm_for(self, settings: Settings, arm_changes: bool) -> Arm | None:
         """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
@@ -124,7 +153,8 @@ class IkNode(Node):
         return self.get_parameter(name).type_.value
 
     def destroy_node(self) -> None:
-        """End the threads, then the node."""
+        """Say what is left to say, end the threads, then the node."""
+        self._report_answers()
         self._outputs.reports.close()
         self._comparison.worker.close()
         self._frames.close()

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from rclpy.node import Node
-from sensor_msgs.msg import JointState
 
+from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.answer import Answer
+from ros_ik_pkg.ros.cdr import SolutionWriter
 from ros_ik_pkg.ros.interface import Output
 from ros_ik_pkg.ros.messages import (
     commands_message,
     path_message,
-    positions_of,
     solution_message,
     trace_message,
     trajectory_message,
@@ -35,7 +35,8 @@ class Outputs:
         self._iterations = Output(node, interface.ITERATIONS)
         self.trace = Output(node, interface.TRACE)
         self._tcp_path = Output(node, interface.TCP_PATH)
-        self._message, self._arm = JointState(), None
+        self._writer: SolutionWriter | None = None
+        self._arm: Arm | None = None  # of the writer
         self.reports: Worker[Answer] = Worker(node, 'reports', self._report, REPORTS)
 
     def want_trace(self) -> bool:
@@ -52,13 +53,11 @@ class Outputs:
         if self._commands.heard:
             self._commands.publish(commands_message(answer))
 
-    def _solution_of(self, answer: Answer) -> JointState:
-        """Return the message of a solution: one for all of an arm, so that its names are checked once."""
+    def _solution_of(self, answer: Answer) -> bytes:
+        """Return the message of a solution as bytes, of which those of the names are the same for all of an arm."""
         if answer.arm is not self._arm:
-            self._message, self._arm = solution_message(answer), answer.arm
-        self._message.header.stamp = answer.target.header.stamp
-        self._message.position = positions_of(answer.command)
-        return self._message
+            self._writer, self._arm = SolutionWriter(solution_message(answer)), answer.arm
+        return self._writer.write(answer.target.sec, answer.target.nanosec, answer.command.q)
 
     def publish_result(self, answer: Answer) -> None:
         """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Header
 
 from ros_ik_pkg.ik import TRACE_COLUMNS
 from ros_ik_pkg.ros.answer import FAILED, INTERNAL_ERROR, NOTHING, REFUSED, SOLVED, Answer, shorten
@@ -25,16 +26,12 @@ def result_message(answer: Answer, node_name: str) -> DiagnosticArray:
         hardware_id=answer.arm.name if answer.arm else '',
         values=key_values(_result_values(answer)),
     )
-    header = answer.target.header
-    array = DiagnosticArray(status=[status])
-    array.header.stamp = header.stamp
-    array.header.frame_id = shorten(header.frame_id)
-    return array
+    header = Header(stamp=answer.target.stamp, frame_id=shorten(answer.target.frame_id))
+    return DiagnosticArray(header=header, status=[status])
 
 
 def _result_values(answer: Answer) -> dict[str, Any]:
     """Figures of a result: the solver's where it was asked, and what every target has."""
-    header = answer.target.header
     return {
         'outcome': answer.outcome,
         'method': answer.method,
@@ -42,8 +39,8 @@ def _result_values(answer: Answer) -> dict[str, Any]:
         **_figures(answer),
         **_command_figures(answer),
         'notes': '; '.join(answer.notes),
-        'target_frame': shorten(header.frame_id),
-        'target_stamp': stamp_text(header.stamp),
+        'target_frame': shorten(answer.target.frame_id),
+        'target_stamp': stamp_text(answer.target.stamp),
     }
 
 
