@@ -60,7 +60,6 @@ class IkNode(Node):
             DiagnosticArray, interface.DIAGNOSTICS.name, interface.DIAGNOSTICS.qos
         )
         self._answered: list[tuple[Answer, Settings, float]] = []  # and its latency [s]; not reported yet
-        self._report_due = 0.0  # s, when they shall be
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._report_timer = self.create_timer(REPORT_DELAY, self._report_answers, clock=steady, autostart=False)
         self.create_timer(HEALTH_PERIOD, self._report_health, clock=steady)
@@ -75,7 +74,7 @@ class IkNode(Node):
     def _on_target(self, data: bytes) -> None:
         """Answer one target, the bytes of a PoseStamped: the solution leaves now, everything about it soon after."""
         started = time.perf_counter()
-        if self._answered and started >= self._report_due:  # where targets queue up, the timer does not get its turn
+        if self._answered and self._report_timer.is_ready():  # where targets queue up, it does not get its turn
             self._report_answers()
         answer = self._answer(data)
         settings = self._answering.settings
@@ -85,7 +84,6 @@ class IkNode(Node):
             answer = self._internal_error(answer.target, error)
         self._answered.append((answer, settings, time.perf_counter() - started))
         if len(self._answered) == 1:
-            self._report_due = time.perf_counter() + REPORT_DELAY
             self._report_timer.reset()
 
     def _answer(self, data: bytes) -> Answer:
