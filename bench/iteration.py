@@ -11,10 +11,10 @@ from tqdm import tqdm
 
 from bench.cases import bounds
 from ros_ik_pkg.ik import METHODS, Arm, SolveOptions, load_arm
-from ros_ik_pkg.ik.compiled import compiled, kernel
-from ros_ik_pkg.ik.kinematics import walk
-from ros_ik_pkg.ik.records import joints_size, make_joints, unpack_model
-from ros_ik_pkg.ik.solve_range import STEPS, WIDTH, solve_range
+from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
+from ros_ik_pkg.ik.kernel.data_layout import joints_size, make_joints, unpack_model
+from ros_ik_pkg.ik.kinematics.forward import walk
+from ros_ik_pkg.ik.search.entry import STEPS, WIDTH, solve_range
 from ros_ik_pkg.ik.solver import NOTHING
 
 SHORT, LONG = 2, 10  # steps of the two descents: what a solve takes

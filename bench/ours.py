@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.solver import Answer, Model, Solver
 from ros_ik_pkg.ik import METHODS, Solution, SolveOptions, load_arm, solve, warm_up
-from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.ik.arm import Arm
 
 
 class Ours(Solver):

@@ -17,9 +17,9 @@ from tqdm import tqdm
 from bench.cases import make_case
 from bench.process import ROOT
 from ros_ik_pkg.ik import Arm, load_arm
-from ros_ik_pkg.ros import interface
 from ros_ik_pkg.ros.client import NodeError
-from ros_ik_pkg.ros.process import make_executor
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.runtime.spin import make_executor
 from ros_ik_pkg.tools import processes
 from ros_ik_pkg.tools.domain import own_domain
 from ros_ik_pkg.tools.processes import ros_node
@@ -48,7 +48,7 @@ class Side:
         self.name, self._poses = name, poses
         self._arrived: dict[tuple[int, int], float] = {}
         self._stretch = 0
-        topic, answers, full_name = interface.TARGET_POSE, interface.SOLUTION, f'/{name}/{interface.NODE_NAME}'
+        topic, answers, full_name = topics.TARGET_POSE, topics.SOLUTION, f'/{name}/{topics.NODE_NAME}'
         self._targets = node.create_publisher(topic.type, topic.of(full_name), topic.qos)
         node.create_subscription(answers.type, answers.of(full_name), self._on_answer, answers.qos)
 

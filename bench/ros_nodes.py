@@ -12,19 +12,19 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.process import run
-from ros_ik_pkg.ros.stop_flag import StopFlag
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.runtime.spin import run
+from ros_ik_pkg.ros.runtime.stop_flag import StopFlag
 
 
 class Echo(Node):
     """Answers every target with joint positions that are always the same: what ROS itself takes."""
 
     def __init__(self, joints: int) -> None:
-        super().__init__(interface.NODE_NAME)
+        super().__init__(topics.NODE_NAME)
         self._names = [f'joint{k}' for k in range(joints)]
         self._positions = [0.0] * joints
-        solution, topic = interface.SOLUTION, interface.TARGET_POSE
+        solution, topic = topics.SOLUTION, topics.TARGET_POSE
         self._solution = self.create_publisher(solution.type, solution.name, solution.qos)
         self.create_subscription(topic.type, topic.name, self._on_target, topic.qos)
 
@@ -37,9 +37,9 @@ class Listener(Node):
 
     def __init__(self, names: list[str]) -> None:
         super().__init__('listener')
-        for topic in interface.TOPICS:
+        for topic in topics.TOPICS:
             if topic.name in names:
-                name = topic.name.replace('~', interface.NODE_NAME)
+                name = topic.name.replace('~', topics.NODE_NAME)
                 self.create_subscription(topic.type, name, lambda message: None, topic.qos)
 
 

@@ -11,8 +11,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from ros_ik_pkg.ik import SolveOptions, load_arm
-from ros_ik_pkg.ik.records import Joints, Tuning, Workspace, blocks
-from ros_ik_pkg.ik.steps import take_step
+from ros_ik_pkg.ik.kernel.data_layout import Joints, Tuning, Workspace, blocks
+from ros_ik_pkg.ik.step.methods import take_step
 
 SIX_ROWS = np.ones(6)
 ROUNDING = 1e-12  # what the judge's own arithmetic may be off by, in m and rad

@@ -23,12 +23,12 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
-from ros_ik_pkg.ik.robot import Arm
-from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ros.client import IkClient, NodeError
-from ros_ik_pkg.ros.parameters import PARAMETERS
+from ros_ik_pkg.ros.input.target import Target
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 from ros_ik_pkg.ros.reply import Reply, values
-from ros_ik_pkg.ros.target import Target
 from ros_ik_pkg.tools.processes import ros_node
 
 ROOT = FilePath(__file__).resolve().parents[1]
@@ -44,15 +44,15 @@ CALM_ARGUMENTS = [word for name, value in CALM.items() for word in ('-p', f'{nam
 class Client(IkClient):
     """An IkClient that keeps every message of the node, by stamp, and can send what nobody should."""
 
-    def __init__(self, node, name: str = interface.NODE_NAME) -> None:
+    def __init__(self, node, name: str = topics.NODE_NAME) -> None:
         self.statuses: dict[tuple[int, int], list[DiagnosticStatus]] = defaultdict(list)
         self.solutions: dict[tuple[int, int], list[JointState]] = defaultdict(list)
         self.health: list[DiagnosticStatus] = []
         super().__init__(node, name, with_joint_states=True)
-        self._descriptions = self._publisher(interface.ROBOT_DESCRIPTION)
+        self._descriptions = self._publisher(topics.ROBOT_DESCRIPTION)
         self._set_one_by_one = self.node.create_client(SetParameters, f'{self.name}/set_parameters')
         self.node.create_subscription(
-            interface.DIAGNOSTICS.type, interface.DIAGNOSTICS.name, self._on_health, interface.DIAGNOSTICS.qos
+            topics.DIAGNOSTICS.type, topics.DIAGNOSTICS.name, self._on_health, topics.DIAGNOSTICS.qos
         )
 
     def _on_solution(self, message: JointState) -> None:
@@ -130,14 +130,14 @@ class Client(IkClient):
 class TraceClient(Client):
     """A client that listens to iterations, trace and path as well."""
 
-    def __init__(self, node, name: str = interface.NODE_NAME) -> None:
+    def __init__(self, node, name: str = topics.NODE_NAME) -> None:
         self.traces: list[Float64MultiArray] = []
         self.iterations: list[DiagnosticArray] = []
         self.paths: list[Path] = []
         super().__init__(node, name)
-        self._subscribe(interface.ITERATIONS, self.iterations.append)
-        self._subscribe(interface.TRACE, self.traces.append)
-        self._subscribe(interface.TCP_PATH, self.paths.append)
+        self._subscribe(topics.ITERATIONS, self.iterations.append)
+        self._subscribe(topics.TRACE, self.traces.append)
+        self._subscribe(topics.TCP_PATH, self.paths.append)
 
 
 @contextlib.contextmanager

@@ -11,8 +11,8 @@ from geometry_msgs.msg import PoseStamped
 from rosgraph_msgs.msg import Clock
 
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.answer import REFUSED, SOLVED
+from ros_ik_pkg.ros.handling.result import REFUSED, SOLVED
+from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.reply import values
 from torture.peer import SECOND, Peer, connected
 from torture.plan import Check, unless
@@ -82,7 +82,7 @@ class SimulatedClock:
         self._heard: set[int] = set()  # times [ns] that the node had when it reported its health
         self._results: dict[int, dict[str, str]] = {}
         self._number = 0
-        for topic, callback in ((interface.DIAGNOSTICS, self._on_health), (interface.RESULT, self._on_result)):
+        for topic, callback in ((topics.DIAGNOSTICS, self._on_health), (topics.RESULT, self._on_result)):
             peer.node.create_subscription(DiagnosticArray, topic.of(peer.name), callback, topic.qos)
 
     def _on_health(self, message: DiagnosticArray) -> None:

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ros_ik_pkg.ros import ik_node, joint_states, node
+from ros_ik_pkg.ros import ik_node, node
+from ros_ik_pkg.ros.input import joint_states
 from torture.running import COUNTS_FILE, JOINT_STATES, TARGETS, map_counts
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.interface import topics
 from torture.peer import Peer
 
 
@@ -13,7 +13,7 @@ class Everything:
 
     def __init__(self, peer: Peer) -> None:
         self.counts: Counter[str] = Counter()
-        self._topics = [topic for topic in interface.TOPICS if topic.direction == 'out']
+        self._topics = [topic for topic in topics.TOPICS if topic.direction == 'out']
         for topic in self._topics:
             peer.node.create_subscription(topic.type, topic.of(peer.name), self._counter(topic.name), topic.qos)
 

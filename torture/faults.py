@@ -18,7 +18,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from bench.process import ROOT
 from ros_ik_pkg.ik import Arm, load_arm
-from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.tools.processes import ros_node
 from torture.clock import clock_jumps
 from torture.habitats import habitats
@@ -52,7 +52,7 @@ def silent_joint_states(arm: Arm) -> Iterator[Check]:
     """Stop the joint states, and start them again from another publisher."""
     levels: list[DiagnosticStatus] = []
     with running_node('-p', f'diagnostics.joint_states_silence:={SILENCE}') as node, connected(arm) as peer:
-        topic = interface.DIAGNOSTICS
+        topic = topics.DIAGNOSTICS
         peer.node.create_subscription(DiagnosticArray, topic.name, lambda m: levels.append(m.status[0]), topic.qos)
         told = peer.wait(lambda: any('no joint states for' in level.message for level in levels))
         yield Check('joint states stop', 'WARN in /diagnostics', unless(told, 'no word of it') or node.fault())
@@ -60,7 +60,7 @@ def silent_joint_states(arm: Arm) -> Iterator[Check]:
         fault = unless(peer.wait(lambda: stamp in peer.solutions), 'the last ones no longer count')
         yield Check('a target meanwhile', 'solved from the last ones', fault)
         peer.node.destroy_publisher(peer.joint_states)
-        peer.joint_states = peer.publisher(interface.JOINT_STATES)
+        peer.joint_states = peer.publisher(topics.JOINT_STATES)
         fault = peer.fault(arm.home + 0.1)
         levels.clear()
         well = peer.wait(lambda: peer.send_joints(arm.home) or any(level.level == b'\0' for level in levels))

@@ -15,8 +15,8 @@ import rclpy
 from rclpy.qos import HistoryPolicy, QoSProfile
 
 from ros_ik_pkg.ik import load_arm
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.process import make_executor
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.runtime.spin import make_executor
 from ros_ik_pkg.tools.processes import ros_node
 from torture.peer import TIMEOUT, Peer, connected, full_name
 from torture.plan import Check, Plan, progress, unless
@@ -120,7 +120,7 @@ def never_reading(name: str) -> Iterator[None]:
     context.init()
     idle = rclpy.create_node('idle', context=context)  # nobody spins it
     keep_all = QoSProfile(depth=1, history=HistoryPolicy.KEEP_ALL)
-    for topic in interface.TOPICS:
+    for topic in topics.TOPICS:
         if topic.direction == 'out':
             idle.create_subscription(topic.type, topic.of(name), lambda message: None, keep_all)
     try:

@@ -13,7 +13,7 @@ from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import Arm, robot_names
 from ros_ik_pkg.ik.options import Option
-from ros_ik_pkg.ros.parameters import PARAMETERS
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 from ros_ik_pkg.tools.send_target import pose_message
 
 T = TypeVar('T')

@@ -25,15 +25,15 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from ros_ik_pkg.ik import Arm, load_arm
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.answer import SOLVED, Answer
-from ros_ik_pkg.ros.answering import Answering
-from ros_ik_pkg.ros.cdr import read_target
-from ros_ik_pkg.ros.check import fault_of
-from ros_ik_pkg.ros.frames import Frames
+from ros_ik_pkg.ros.handling.final_check import fault_of
+from ros_ik_pkg.ros.handling.result import SOLVED, Result
+from ros_ik_pkg.ros.handling.target_handler import TargetHandler
+from ros_ik_pkg.ros.input.target_reader import read_target
+from ros_ik_pkg.ros.input.tf_frames import TfFrames
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.interface.parameters import Settings
 from ros_ik_pkg.ros.node import LOG_PERIOD
-from ros_ik_pkg.ros.parameters import Settings
-from ros_ik_pkg.ros.statuses import result_message
+from ros_ik_pkg.ros.output.statuses import result_message
 from torture.makers import any_joint_state, any_pose, good_pose
 from torture.peer import DEFAULTS, Peer, connected
 from torture.plan import Check, Plan, progress, ticking, unless
@@ -52,7 +52,7 @@ GROWTH = 16.0  # MB; what 64 sources of joint states with 10000 names may hold, 
 LOG_KINDS = 2  # of lines about targets: refused, and not solved
 TWO_CLOCKS = 1.01  # the node's log goes by the clock of the system, which is set while it runs
 FLOOD_RATE, FLOOD_SECONDS = 1000.0, 5.0  # Hz, s
-TOPICS = (interface.TARGET_POSE, interface.JOINT_STATES)
+TOPICS = (topics.TARGET_POSE, topics.JOINT_STATES)
 FEW = 50  # messages of an odd publisher
 ODD_QOS = {
     'best effort': QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT),
@@ -86,16 +86,16 @@ def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
     )  # fmt: skip
     @given(st.randoms())
     def answers_whatever_comes(random: Random) -> None:
-        answering = Answering(ROSClock(), Frames(None))  # no node, because TF is not asked
-        answering.take_over(settings_without_tf, arm)
+        handler = TargetHandler(ROSClock(), TfFrames(None))  # no node, because TF is not asked
+        handler.take_over(settings_without_tf, arm)
         for _ in range(random.randint(1, SOURCES)):
-            answering.joint_states.keep(any_joint_state(random, arm.joint_names))
+            handler.joint_states.keep(any_joint_state(random, arm.joint_names))
         pose = any_pose(random, good_pose(arm), arm.frame_names)
         began = time.thread_time()
-        answer = answering.answer(read_target(serialize_message(pose)), trace=False)
+        result = handler.handle(read_target(serialize_message(pose)), trace=False)
         assert time.thread_time() - began < PATIENCE, f'{time.thread_time() - began} s'
-        assert not (fault := fault_in(answer, answering)), fault
-        outcomes[answer.outcome] += 1
+        assert not (fault := fault_in(result, handler)), fault
+        outcomes[result.outcome] += 1
 
     try:
         answers_whatever_comes()
@@ -104,14 +104,14 @@ def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
     return unless(len(outcomes) == 3 or count < ENOUGH, f'only {dict(outcomes)}: what was tried?')
 
 
-def fault_in(answer: Answer, answering: Answering) -> str:
+def fault_in(result: Result, handler: TargetHandler) -> str:
     """Say what is wrong with an answer: no reason, a wrong solution, or a result that cannot be written."""
-    result_message(answer, 'torture')
-    if not answer.reason or not answer.cause or answer.cause == 'internal_error':
-        return f'{answer.outcome} because of {answer.cause!r}: {answer.reason!r}'
-    if answer.outcome != SOLVED:
+    result_message(result, 'torture')
+    if not result.reason or not result.status or result.status == 'internal_error':
+        return f'{result.outcome} because of {result.status!r}: {result.reason!r}'
+    if result.outcome != SOLVED:
         return ''
-    return fault_of(answer.solution.q, answer.base_from_target, answer.arm, answering.settings.options)
+    return fault_of(result.solution.q, result.base_from_target, result.arm, handler.settings.options)
 
 
 def fuzz_node(seed: int, count: int, node: RunningNode, peer: Peer) -> Iterator[Check]:
@@ -210,7 +210,7 @@ def wrong_type(node: RunningNode, peer: Peer) -> Check:
     return Check('publishers of another type', str(len(TOPICS)), fault)
 
 
-def _beside(kinds: list[tuple[interface.Topic, Any, QoSProfile]], node: RunningNode, peer: Peer) -> str:
+def _beside(kinds: list[tuple[topics.Topic, Any, QoSProfile]], node: RunningNode, peer: Peer) -> str:
     """Publish empty messages from a participant of its own while good targets are sent; say what went wrong."""
     context = rclpy.Context()
     context.init()

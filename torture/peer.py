@@ -20,10 +20,10 @@ from sensor_msgs.msg import JointState
 
 from bench.judge import Judge
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.interface import Topic
-from ros_ik_pkg.ros.parameters import PARAMETERS
-from ros_ik_pkg.ros.process import make_executor
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS
+from ros_ik_pkg.ros.interface.topics import Topic
+from ros_ik_pkg.ros.runtime.spin import make_executor
 from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
 from torture.waypoints import SECOND, is_of_a_sender
@@ -46,7 +46,7 @@ class Listener(Protocol):
 
 def full_name(namespace: str) -> str:
     """Return the full name of the node in a namespace."""
-    return f'/{namespace}/{interface.NODE_NAME}' if namespace else f'/{interface.NODE_NAME}'
+    return f'/{namespace}/{topics.NODE_NAME}' if namespace else f'/{topics.NODE_NAME}'
 
 
 class Peer:
@@ -68,10 +68,10 @@ class Peer:
         self.solutions: dict[int, JointState] = {}
         self.arrived: dict[int, float] = {}  # when its solution came
         self.outcomes: dict[int, str] = {}
-        self.targets = self.publisher(interface.TARGET_POSE)
-        self.joint_states = self.publisher(interface.JOINT_STATES)
-        self._subscribe(interface.SOLUTION, self._on_solution)
-        self._subscribe(interface.RESULT, self._on_result)
+        self.targets = self.publisher(topics.TARGET_POSE)
+        self.joint_states = self.publisher(topics.JOINT_STATES)
+        self._subscribe(topics.SOLUTION, self._on_solution)
+        self._subscribe(topics.RESULT, self._on_result)
         self._one_by_one = node.create_client(SetParameters, f'{self.name}/set_parameters')
         self._atomically = node.create_client(SetParametersAtomically, f'{self.name}/set_parameters_atomically')
         self._values = node.create_client(GetParameters, f'{self.name}/get_parameters')

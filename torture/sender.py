@@ -18,7 +18,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import load_arm
-from ros_ik_pkg.ros import interface
+from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
 from torture.waypoints import SECOND, WAYPOINTS, Stamps, waypoints
@@ -56,7 +56,7 @@ class Sending:
         self._states = [JointState(name=list(arm.joint_names), position=q.tolist()) for q in joints]
         self._targets, self._joint_states = (
             [node.create_publisher(topic.type, topic.of(name), topic.qos) for name in names]
-            for topic in (interface.TARGET_POSE, interface.JOINT_STATES)
+            for topic in (topics.TARGET_POSE, topics.JOINT_STATES)
         )
         self._first_client, self._stamps, self._orders = first_client, Stamps(), orders
         self._number = 0

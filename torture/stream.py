@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ros_ik_pkg.ros.answer import SOLVED
+from ros_ik_pkg.ros.handling.result import SOLVED
 from torture.peer import TIMEOUT, TOLERANCE, Peer
 from torture.plan import watching
 from torture.sending import JOINT_RATE, Sender, Sent

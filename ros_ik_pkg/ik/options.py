@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ros_ik_pkg.ik.exceptions import OptionError
-from ros_ik_pkg.ik.records import Tuning
-from ros_ik_pkg.ik.tree import suggest, to_number
+from ros_ik_pkg.ik.kernel.data_layout import Tuning
+from ros_ik_pkg.ik.text import suggest, to_number
 
 METHODS = ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
 CHOICES = ('first', 'nearest', 'all')

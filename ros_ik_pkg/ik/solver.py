@@ -13,14 +13,13 @@ from typing import Any
 import numpy as np
 from numpy import empty, ndarray
 
-from ros_ik_pkg.ik.compiled import CACHE_FOLDER, NOT_SAVED
+from ros_ik_pkg.ik.arm import Arm, load_arm
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
+from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER, NOT_SAVED
+from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
+from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.options import SolveOptions
-from ros_ik_pkg.ik.pose_error import pose_matrix
-from ros_ik_pkg.ik.records import TRACE_WIDTH
-from ros_ik_pkg.ik.robot import Arm, load_arm
-from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
-from ros_ik_pkg.ik.solve_range import (
+from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
     FOUND,
     JOINT_DISTANCE,
@@ -33,7 +32,8 @@ from ros_ik_pkg.ik.solve_range import (
     solve_one,
     solve_range,
 )
-from ros_ik_pkg.ik.verify import passes
+from ros_ik_pkg.ik.search.final_check import passes
+from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
 MOST_ANSWERS = 64  # that choice='all' returns

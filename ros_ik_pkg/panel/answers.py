@@ -14,8 +14,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_ik_pkg.compare import MethodRun
 from ros_ik_pkg.ik import METHODS, Status
-from ros_ik_pkg.ros.answer import NOTHING, REFUSED
-from ros_ik_pkg.ros.messages import stamp_text
+from ros_ik_pkg.ros.handling.result import NOTHING, REFUSED
+from ros_ik_pkg.ros.input.pose import stamp_text
 
 STATUS_OF = {status.label: status for status in Status}
 PLOTTED = ('iteration', 'position_error', 'orientation_error')

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ros_ik_pkg.ik import IkError
-from ros_ik_pkg.ros.answer import shorten
+from ros_ik_pkg.ik.text import shorten
 
 LONGEST = 400  # characters of an error that are shown
 

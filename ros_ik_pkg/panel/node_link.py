@@ -18,9 +18,9 @@ from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.answers import Answers
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.messages import stamp_text
-from ros_ik_pkg.ros.names import full_name
+from ros_ik_pkg.ros.input.pose import stamp_text
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.runtime.node_names import full_name
 
 SILENCE = 3.0  # s without /diagnostics, which come once a second, after which the node counts as gone
 
@@ -36,15 +36,15 @@ class NodeLink:
         self.name = full_name(name, node)
         self.answers = Answers()
         self._heard = -SILENCE  # when the node last gave a sign of life, by time.monotonic
-        self._targets = self._publisher(interface.TARGET_POSE)
-        self._joint_states = self._publisher(interface.JOINT_STATES)
+        self._targets = self._publisher(topics.TARGET_POSE)
+        self._joint_states = self._publisher(topics.JOINT_STATES)
         for topic, callback in (
-            (interface.SOLUTION, self.answers.take_solution),
-            (interface.RESULT, self.answers.take_result),
-            (interface.TRACE, self.answers.take_trace),
-            (interface.COMPARISON, self.answers.take_comparison),
-            (interface.COMPARISON_PATHS, self.answers.take_paths),
-            (interface.DIAGNOSTICS, self._on_diagnostics),
+            (topics.SOLUTION, self.answers.take_solution),
+            (topics.RESULT, self.answers.take_result),
+            (topics.TRACE, self.answers.take_trace),
+            (topics.COMPARISON, self.answers.take_comparison),
+            (topics.COMPARISON_PATHS, self.answers.take_paths),
+            (topics.DIAGNOSTICS, self._on_diagnostics),
         ):
             node.create_subscription(topic.type, topic.of(self.name), self._queued(callback), topic.qos)
         self._parameters = AsyncParameterClient(node, self.name)
@@ -53,7 +53,7 @@ class NodeLink:
         """Return a callback that has this one called later, where whatever it raises is caught."""
         return lambda message: self._later(lambda: callback(message))
 
-    def _publisher(self, topic: interface.Topic) -> Publisher:
+    def _publisher(self, topic: topics.Topic) -> Publisher:
         return self._node.create_publisher(topic.type, topic.of(self.name), topic.qos)
 
     @property

@@ -12,6 +12,7 @@ from rclpy.node import Node
 
 from ros_ik_pkg.compare.problem import Problem
 from ros_ik_pkg.ik import ArgumentError, Arm, IkError
+from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.panel import robots
 from ros_ik_pkg.panel.answers import COMPARISON, PATHS, RESULT
 from ros_ik_pkg.panel.controls import Controls
@@ -23,8 +24,8 @@ from ros_ik_pkg.panel.presets import PRESETS, notes
 from ros_ik_pkg.panel.readings import Readings
 from ros_ik_pkg.panel.robots import ROBOT_PARAMETERS, SHIPPED, Robots
 from ros_ik_pkg.panel.scene import Scene
-from ros_ik_pkg.ros.answer import CLOSEST, shorten
-from ros_ik_pkg.ros.robot_source import urdf_text
+from ros_ik_pkg.ros.handling.result import CLOSEST
+from ros_ik_pkg.ros.input.robot_source import urdf_text
 
 PATIENCE = 1.0  # s for an answer; then the target is sent again
 SERVICE_PATIENCE = 3.0  # s for an answer of a parameter service

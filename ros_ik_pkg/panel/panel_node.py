@@ -18,8 +18,8 @@ from rclpy.utilities import remove_ros_args
 
 from ros_ik_pkg.panel.exposure import stay_private, warning_about
 from ros_ik_pkg.panel.panel import Panel
-from ros_ik_pkg.ros.interface import NODE_NAME
-from ros_ik_pkg.ros.stop_flag import StopFlag
+from ros_ik_pkg.ros.interface.topics import NODE_NAME
+from ros_ik_pkg.ros.runtime.stop_flag import StopFlag
 
 TICK = 0.04  # s
 LAST_PORT = 65535

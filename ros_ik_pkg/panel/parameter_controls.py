@@ -8,7 +8,7 @@ from typing import Any
 import viser
 
 from ros_ik_pkg.ik import METHODS
-from ros_ik_pkg.ros.parameters import PARAMETERS
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 
 TOLERANCES = tuple(f'1e-{k:02d}' for k in range(2, 9))
 COMPARE = 'compare'

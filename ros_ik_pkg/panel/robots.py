@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ros_ik_pkg.ik import ArgumentError, Arm, load_arm
-from ros_ik_pkg.ros.answer import shorten
-from ros_ik_pkg.ros.robot_source import urdf_text
+from ros_ik_pkg.ik.text import shorten
+from ros_ik_pkg.ros.input.robot_source import urdf_text
 
 SHIPPED = ('puma560', 'ur5', 'panda', 'iiwa14')
 ROBOT_PARAMETERS = ('robot', 'robot_description', 'base_frame', 'tip_frame')

@@ -18,13 +18,12 @@ from rclpy.parameter_client import AsyncParameterClient
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from ros_ik_pkg.ik.tree import did_you_mean
-from ros_ik_pkg.ros import interface
-from ros_ik_pkg.ros.answer import shorten
-from ros_ik_pkg.ros.beside import node_beside
-from ros_ik_pkg.ros.interface import Topic
-from ros_ik_pkg.ros.names import full_name
+from ros_ik_pkg.ik.text import did_you_mean, shorten
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.interface.topics import Topic
 from ros_ik_pkg.ros.reply import Reply, values
+from ros_ik_pkg.ros.runtime.companion_node import companion_node
+from ros_ik_pkg.ros.runtime.node_names import full_name
 
 DISCOVERY_TIMEOUT = 10.0  # s; discovery takes up to 3 s on a quiet machine
 ASK_AGAIN = 0.5  # s without an answer to the first question
@@ -68,13 +67,13 @@ class IkClient:
     def __init__(
         self,
         node: Node,
-        name: str = interface.NODE_NAME,
+        name: str = topics.NODE_NAME,
         with_iterations: bool = False,
         with_joint_states: bool = False,
     ) -> None:
         self.name = full_name(name, node)
         self.with_iterations = with_iterations
-        self.node = node_beside(node, f'client_of{self.name.replace("/", "_")}')
+        self.node = companion_node(node, f'client_of{self.name.replace("/", "_")}')
         self._executor = SingleThreadedExecutor(context=node.context)
         self._executor.add_node(self.node)
         self._one_call = RLock()
@@ -83,13 +82,13 @@ class IkClient:
         self._newest_stamp = self._stamp_delay = random.randrange(MILLISECOND)
         self._pending: dict[tuple[int, int], Reply] = {}
         self._pending_frame = ''
-        self._targets = self._publisher(interface.TARGET_POSE)
+        self._targets = self._publisher(topics.TARGET_POSE)
         # From the start, so that the node knows it once `connect` is through: what comes before that is lost unseen.
-        self._joint_states = self._publisher(interface.JOINT_STATES) if with_joint_states else None
-        self._subscribe(interface.SOLUTION, self._on_solution)
-        self._subscribe(interface.RESULT, self._on_result)
+        self._joint_states = self._publisher(topics.JOINT_STATES) if with_joint_states else None
+        self._subscribe(topics.SOLUTION, self._on_solution)
+        self._subscribe(topics.RESULT, self._on_result)
         if with_iterations:
-            self._subscribe(interface.ITERATIONS, self._on_iterations)
+            self._subscribe(topics.ITERATIONS, self._on_iterations)
         self._parameters: AsyncParameterClient | None = None
         self._closed = False
 

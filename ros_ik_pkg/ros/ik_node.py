@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from ros_ik_pkg.ros.stop_flag import StopFlag
+from ros_ik_pkg.ros.runtime.stop_flag import StopFlag
 
 
 def main(args: list[str] | None = None) -> int:
@@ -13,7 +13,7 @@ def main(args: list[str] | None = None) -> int:
     try:
         # These take a second to import, in which a signal must not end in a traceback.
         from ros_ik_pkg.ros.node import IkNode
-        from ros_ik_pkg.ros.process import run
+        from ros_ik_pkg.ros.runtime.spin import run
 
         return run(IkNode, flag, args)
     except (KeyboardInterrupt, Exception):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from ros_ik_pkg.ros.answer import NOTHING
+from ros_ik_pkg.ros.handling.result import NOTHING
 
 
 @dataclass

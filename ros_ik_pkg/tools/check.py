@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio
 
 from ros_ik_pkg.ik import SolveOptions
-from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ros.reply import Reply
 
 BARS = '▁▂▃▄▅▆▇█'

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ros_ik_pkg.ik import METHODS, IkError, SolveOptions, load_arm
-from ros_ik_pkg.ik.robot import Arm
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.ros.reply import Reply
 from ros_ik_pkg.tools.check import Check, judge_reachable, judge_unreachable

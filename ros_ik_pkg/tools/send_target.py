@@ -10,7 +10,7 @@ import pinocchio
 from geometry_msgs.msg import PoseStamped
 
 from ros_ik_pkg.ros.client import DISCOVERY_TIMEOUT, IkClient, NodeError
-from ros_ik_pkg.ros.interface import NODE_NAME
+from ros_ik_pkg.ros.interface.topics import NODE_NAME
 from ros_ik_pkg.ros.reply import Reply
 from ros_ik_pkg.tools.processes import ros_node
 

@@ -11,7 +11,7 @@ import yaml
 from rcl_interfaces.msg import ParameterType
 
 from ros_ik_pkg.ros.client import IkClient, NodeError
-from ros_ik_pkg.ros.interface import NODE_NAME
+from ros_ik_pkg.ros.interface.topics import NODE_NAME
 from ros_ik_pkg.tools.processes import ros_node
 
 

@@ -1,0 +1,234 @@
+"""Arm: one base-to-tip chain of a robot, from URDF or DH to a Pinocchio model and flat arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from threading import Lock
+
+import numpy as np
+import pinocchio as pin
+
+from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
+from ros_ik_pkg.ik.kernel.data_layout import Geometry, pack_model
+from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
+from ros_ik_pkg.ik.model.chain import make_chain
+from ros_ik_pkg.ik.model.pinocchio_model import build_model, frame_id, joint_id, placements_of
+from ros_ik_pkg.ik.model.sources import read_tree
+from ros_ik_pkg.ik.model.tree import Joint, Tree
+from ros_ik_pkg.ik.search.reach import make_reach
+from ros_ik_pkg.ik.search.starts import COUNT, make_starts
+from ros_ik_pkg.ik.text import list_names
+
+DATA_LOCK = Lock()  # guards Arm._data
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A chain of 1 to 12 variables between two frames of a robot. Made by `load_arm`.
+
+    Attributes
+    ----------
+    name, base_frame, tip_frame : str
+    joint_names : tuple of str
+        Names of the n variables, from base to tip.
+    lower, upper : (n,) arrays
+        Limits [rad, m]; -inf and inf where unbounded.
+    velocity_limits : (n,) array
+        [rad/s, m/s]; inf where unknown.
+    wraps : (n,) int64 array
+        1 where a whole turn of the variable changes nothing and fits between the limits.
+    home : (n,) array
+        Configuration of the file, else zero or, where zero is not inside the limits, their middle.
+    placements : (nj + 1, 12) array
+        Row k: rotation (row-major) and translation from the frame after joint k-1 (k = 0: base frame) to
+        joint k before it moves, its axis along z; the last row leads on to the tip frame.
+    prismatic, variable : (nj,) int64 arrays
+    multiplier, offset : (nj,) arrays
+        Value of joint k: multiplier[k] * q[variable[k]] + offset[k].
+    model : pinocchio.Model
+        The whole robot: links as BODY frames; every joint's axis is its local z, one q each, fixed joints
+        folded, mimic joints free, floating and planar joints locked.
+
+    """
+
+    name: str
+    base_frame: str
+    tip_frame: str
+    frame_names: tuple[str, ...]
+    joint_names: tuple[str, ...]
+    lower: np.ndarray
+    upper: np.ndarray
+    velocity_limits: np.ndarray
+    wraps: np.ndarray
+    home: np.ndarray
+    placements: np.ndarray
+    prismatic: np.ndarray
+    variable: np.ndarray
+    multiplier: np.ndarray
+    offset: np.ndarray
+    model: pin.Model
+    tree: Tree
+
+    @cached_property
+    def n(self) -> int:
+        """Number of variables."""
+        return len(self.joint_names)
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """The chain as the compiled code takes it."""
+        return Geometry(*(getattr(self, name) for name in Geometry._fields))
+
+    @cached_property
+    def packed(self) -> np.ndarray:
+        """The chain, its reach and where searches start, in one flat array (see `records.pack_model`)."""
+        reach = make_reach(self.geometry)
+        alone = pack_model(self.geometry, reach, np.empty((self.n + 7, 0), np.float32))
+        return pack_model(self.geometry, reach, make_starts(self.geometry, alone))
+
+    @property
+    def starts(self) -> np.ndarray:
+        """Where searches start (see `starts.make_starts`)."""
+        return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
+
+    def forward(self, q: np.ndarray) -> np.ndarray:
+        """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
+        base_from_tip = np.eye(4)
+        forward_kinematics(self.packed, self._check(q), base_from_tip)
+        return base_from_tip
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
+        return geometric_jacobian(self.packed, self._check(q))
+
+    def base_from_frame(self, frame: str, positions: Mapping[str, float]) -> np.ndarray:
+        """Pose of any frame of the robot in the base frame.
+
+        Parameters
+        ----------
+        frame : str
+            Name of a link.
+        positions : mapping of str to float
+            Joint positions by name [rad, m]; those between the base frame and `frame` must be there
+            (for a mimic joint: its master), others are not looked at.
+
+        Returns
+        -------
+        (4, 4) array
+
+        Raises
+        ------
+        ArgumentError
+            Where the frame is unknown or positions are missing or not finite.
+
+        """
+        q = np.zeros(self.model.nq)
+        for index, value in self._joint_values(frame, positions).items():
+            q[index] = value
+        with DATA_LOCK:
+            pin.framesForwardKinematics(self.model, self._data, q)
+            base, other = (self._data.oMf[frame_id(self.tree, name)] for name in (self.base_frame, frame))
+            return base.actInv(other).homogeneous
+
+    def joints_to(self, frame: str) -> tuple[str, ...]:
+        """Names of the joints whose positions place a frame in the base frame; raises as `base_from_frame`."""
+        return tuple(dict.fromkeys(master.name for master, _, _ in self._drives_to(frame).values()))
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        """Workspace of Pinocchio; making it anew takes milliseconds on a humanoid."""
+        return self.model.createData()
+
+    def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
+        """Compute the values, by index into the model's q, of the joints between base frame and `frame`."""
+        drives = self._drives_to(frame)
+        needed = dict.fromkeys(master.name for master, _, _ in drives.values())
+        missing = [name for name in needed if not np.isfinite(positions.get(name, np.nan))]
+        if missing:
+            raise ArgumentError(f'no finite position of joint {list_names(missing)}, needed for frame {frame!r}')
+        return {joint_id(self.tree, joint) - 1: multiplier * positions[master.name] + offset
+                for joint, (master, multiplier, offset) in drives.items()}
+
+    def _drives_to(self, frame: str) -> dict[Joint, tuple[Joint, float, float]]:
+        """Find the joints between base frame and `frame`, each with its master, multiplier and offset."""
+        try:
+            self.tree.check_link(frame, 'frame')
+            between = self.tree.joints_between(self.base_frame, frame)
+            joints = [joint for joint in between if joint.kind != 'fixed']
+            stuck = [f'{joint.name} ({joint.kind})' for joint in joints if not joint.movable]
+            if stuck:
+                raise ArgumentError(f'frame {frame!r} hangs on joint {list_names(stuck)}, which has no single '
+                                    'position; choose another frame')
+            return {joint: self.tree.drive(joint) for joint in joints}
+        except ModelError as error:
+            raise ArgumentError(str(error)) from error
+
+    def _check(self, q: np.ndarray) -> np.ndarray:
+        """Return q as a float64 array of the right shape, or raise ArgumentError."""
+        try:
+            values = np.ascontiguousarray(q, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise ArgumentError(f'q is {q!r}; expected {self.n} numbers [rad, m]') from error
+        if values.shape != (self.n,):
+            raise ArgumentError(f'q has shape {values.shape}; expected {self.n}: {list_names(self.joint_names)}')
+        return values if values.flags.writeable else values.copy()  # compiled for one kind of array
+
+
+def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str | None = None) -> Arm:
+    """Load an arm.
+
+    Parameters
+    ----------
+    source : str or path
+        Name of a robot of config/robots, path or URI (package://, file://) of a DH table (.yaml, .yml), of a .urdf or
+        of a .xacro, or URDF text.
+    base, tip : str, optional
+        Links that the chain leads from and to. Default base: the root link. Default tip: the tip frame of
+        the DH table; of a URDF the only leaf, or the one leaf with the most movable joints above it.
+
+    Returns
+    -------
+    Arm
+
+    Raises
+    ------
+    ModelError
+        Where the source cannot be found, read or used; the text says what is wrong and where.
+
+    """
+    tree = read_tree(source)
+    try:
+        return _make_arm(tree, base, tip)
+    except ModelError as error:
+        raise ModelError(f'robot {tree.name!r}: {error}') from error
+
+
+def _make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
+    """Make the arm between two frames of a robot."""
+    base = tree.check_link(base, 'base frame') if base else tree.root
+    tip = tree.check_link(tip, 'tip frame') if tip else tree.tip or _find_tip(tree, base)
+    chain = make_chain(tree, base, tip)
+    model = build_model(tree)
+    return Arm(
+        name=tree.name, base_frame=base, tip_frame=tip, frame_names=tree.links, joint_names=chain.names,
+        lower=chain.lower, upper=chain.upper, velocity_limits=chain.velocity_limits, wraps=chain.wraps,
+        home=chain.home, placements=placements_of(tree, model, chain, base, tip), prismatic=chain.prismatic,
+        variable=chain.variable, multiplier=chain.multiplier, offset=chain.offset, model=model, tree=tree)
+
+
+def _find_tip(tree: Tree, base: str) -> str:
+    """Choose the leaf with the most movable joints between base and it."""
+    parents = {joint.parent for joint in tree.joints}
+    counts: dict[str, int] = {}
+    for leaf in set(tree.links) - parents:
+        with suppress(ModelError):
+            counts[leaf] = sum(joint.movable for joint in tree.path(base, leaf))
+    most = max(counts.values())
+    best = [link for link in tree.links if counts.get(link) == most]
+    if len(best) > 1:
+        raise ModelError(f'the robot has several possible tips: {list_names(best)}; choose one as tip frame')
+    return best[0]

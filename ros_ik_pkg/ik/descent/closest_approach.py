@@ -1,0 +1,79 @@
+"""The closest approach to a target that no descent reached: as near as the joints can bring the tip.
+
+The methods of a descent are meant for errors that vanish; where one remains they creep, or stop a few percent short,
+for they know nothing of the curvature that it brings in. Levenberg-Marquardt (Marquardt 1963) does not mind: a step
+that brings nothing is taken back, and tried again with more damping.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ros_ik_pkg.ik.descent.recorder import record, record_step
+from ros_ik_pkg.ik.kernel.clock import passed
+from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kinematics.task import holds, look
+from ros_ik_pkg.ik.step.limits import freeze_pushed
+from ros_ik_pkg.ik.step.methods import apply_transpose, damped_step
+
+MOST_STEPS = 200
+FIRST_DAMPING = 0.1
+LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e3
+LESS, MORE = 0.5, 3.0  # factors on the damping after a step that brought nearer, and after one that did not
+NO_NEARER = 1e-7  # of the error norm: steps that bring less count as none
+PATIENCE = 10  # of those in a row
+LONGEST_STEP = 0.5  # rad or m of one joint
+
+
+@kernel
+def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
+    """Bring work.q nearer to the target until it gets no nearer; return the steps taken."""
+    nearest, damping, idle, k = math.inf, FIRST_DAMPING, 0, 0
+    while True:
+        position_error, orientation_error, norm, p = look(geometry, task, work)
+        assign(work.went, work.q)
+        if len(recorder.rows) > 0:
+            record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
+        idle = idle + 1 if not norm < (1.0 - NO_NEARER) * nearest else 0
+        reached = holds(position_error, orientation_error, tuning)
+        if norm < nearest or reached:
+            nearest, damping = norm, max(LESS * damping, LEAST_DAMPING)
+            assign(work.near, work.q)
+        else:
+            damping *= MORE
+        spent = idle >= PATIENCE or damping > MOST_DAMPING or k >= MOST_STEPS
+        if reached or spent or passed(stop_time, work.clock):
+            break
+        if norm > nearest:  # take the step back
+            assign(work.q, work.near)
+            look(geometry, task, work)
+        if not step_towards(geometry, tuning, damping, work):
+            break
+        if len(recorder.rows) > 0:
+            for i in range(len(work.q)):
+                work.dq[i] = work.q[i] - work.went[i]  # as the rows have it, back and forth
+            record_step(recorder, damping, work.dq)
+        k += 1
+    assign(work.q, work.near)
+    return k
+
+
+@kernel
+def step_towards(geometry, tuning, damping, work):
+    """Take a damped step, within the limits and without joints that it would push beyond them; return whether there
+    is one."""
+    if tuning.respect_limits > 0.0:
+        apply_transpose(work.columns, work.e, work.dq)
+        freeze_pushed(geometry, work)
+    while True:
+        if not damped_step(damping, work):
+            return False
+        if not (tuning.respect_limits > 0.0 and freeze_pushed(geometry, work)):
+            break
+    for i in range(len(work.q)):
+        q = work.q[i] + min(max(work.dq[i], -LONGEST_STEP), LONGEST_STEP)
+        if tuning.respect_limits > 0.0:
+            q = min(max(q, geometry.lower[i]), geometry.upper[i])
+        work.q[i] = q
+    return True

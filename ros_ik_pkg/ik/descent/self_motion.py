@@ -1,0 +1,220 @@
+"""Self-motion: once the task holds, the joints that are left over go where a secondary objective wants them.
+
+The null space is projected on exactly: the task's rows are made orthonormal (modified Gram-Schmidt, twice), and the
+objective's direction loses its part in their span. The damped projector I - J^T (J J^T + lambda^2 I)^-1 J would
+move the tip wherever the damping acts.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ros_ik_pkg.ik.descent.descent import largest_component
+from ros_ik_pkg.ik.descent.objectives import cost, curvature, downhill
+from ros_ik_pkg.ik.descent.recorder import record, record_step
+from ros_ik_pkg.ik.kernel.clock import passed
+from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.linalg import ROWS, assign
+from ros_ik_pkg.ik.kinematics.task import holds, look
+from ros_ik_pkg.ik.step.limits import pushed_outwards
+
+MOST_STEPS = 60
+MOST_LOOSE = 6  # steps without the task holding, before it is mended alone
+LONGEST_STEP = 0.2  # rad or m of one joint: about so far the linear model of the task holds
+ROUNDING = 1e-10  # of a slope: what the projection leaves of one that the task forbids
+SETTLED = 1e-7  # rad or m of the joint that moves most: less counts as nothing
+LEAST_BEND = 0.2  # of the curvature along the null space, over that of the cost alone: no longer steps than that
+DEPENDENT = 1e-9  # length of a row without the part that other rows explain, over its length
+
+
+@kernel
+def settle(geometry, task, tuning, posture, reference, stop_time, attempt, steps, work, recorder):
+    """Move work.q, where the task holds, to the least cost that the null space allows; return the steps taken.
+
+    Of the iterates that hold the task, and are not beyond max_joint_jump of the reference, the one of the least cost is
+    left in work.q, so it can only get better. In all no joint moves further than null_space_step in the null space, if
+    that is above 0.
+    """
+    least, left, longest, factor = math.inf, tuning.null_space_step, LONGEST_STEP, 0.0
+    if left <= 0.0:
+        left = math.inf
+    k, held = 0, 0
+    while True:
+        value = cost(geometry, task, tuning, posture, work)
+        downhill(geometry, task, tuning, posture, work)
+        position_error, orientation_error, norm, p = look(geometry, task, work)
+        if len(recorder.rows) > 0 and k > 0:
+            record(recorder, geometry, attempt, steps + k, position_error, orientation_error, norm, p, work)
+        held_now = holds(position_error, orientation_error, tuning)
+        if held_now:
+            held = k
+            if k == 0 or (value < least and within_jump(tuning, reference, work.q)):
+                least = value
+                assign(work.near, work.q)
+            else:
+                longest *= 0.5
+        if k >= MOST_STEPS or not norm < math.inf or passed(stop_time, work.clock):
+            break
+        most = min(longest, left) if k - held < MOST_LOOSE else 0.0
+        length, factor = null_step(geometry, task, tuning, posture, most, factor, work)
+        if held_now and not length > SETTLED:
+            break
+        left -= length
+        move(geometry, tuning, work)
+        if len(recorder.rows) > 0:
+            record_step(recorder, 0.0, work.dq)
+        k += 1
+    assign(work.q, work.near)
+    return k
+
+
+@kernel
+def null_step(geometry, task, tuning, posture, longest, before, work):
+    """Write the step to work.dq that mends the error of the task and goes along work.null in its null space; return
+    how far the joint that moves most goes there, and that step over the slope; `before` is what it was last time.
+    A joint at a limit that would be pushed outwards is left out."""
+    while True:
+        rank = orthonormal_rows(work)
+        mend(rank, work)
+        steep = largest_component(work.null)
+        project(work.W, rank, work.null)
+        if not largest_component(work.null) > ROUNDING * steep:
+            work.null[:] = 0.0
+        length, factor = scale(geometry, task, tuning, longest, before, work) if rank < len(work.dq) else (0.0, 0.0)
+        for i in range(len(work.dq)):
+            work.dq[i] += factor * work.null[i]
+        if not (tuning.respect_limits > 0.0 and leave_out_pushed(geometry, work)):
+            for i in range(len(work.dq)):
+                work.went[i] = factor * work.null[i]
+            return length, factor
+
+
+@kernel
+def orthonormal_rows(work):
+    """Write an orthonormal basis of the task's rows to work.W, and to work.A and work.y the triangular system
+    A y = e of the step in that basis; return the rank. Rows that depend on others are left out."""
+    columns, W, L, y = work.columns, work.W, work.A, work.y
+    n, rank = len(columns), 0
+    for r in range(ROWS):
+        before = 0.0
+        for i in range(n):
+            W[rank, i] = columns[i, r]
+            before += columns[i, r] * columns[i, r]
+        for k in range(rank):
+            L[rank, k] = 0.0
+        for _ in range(2):  # once more for the rounding of the first time
+            for k in range(rank):
+                L[rank, k] += remove(W[k], W[rank])
+        after = 0.0
+        for i in range(n):
+            after += W[rank, i] * W[rank, i]
+        if not after > DEPENDENT * DEPENDENT * before:
+            continue
+        length = math.sqrt(after)
+        s = work.e[r]
+        for k in range(rank):
+            s -= L[rank, k] * y[k]
+        y[rank] = s / length
+        for i in range(n):
+            W[rank, i] /= length
+        rank += 1
+        if rank == n:
+            break
+    return rank
+
+
+@kernel
+def remove(unit, vector):
+    """Take the part along a unit vector out of a vector; return its length."""
+    along = 0.0
+    for i in range(len(unit)):
+        along += unit[i] * vector[i]
+    for i in range(len(unit)):
+        vector[i] -= along * unit[i]
+    return along
+
+
+@kernel
+def mend(rank, work):
+    """Write the shortest step that brings the error of the task to zero to work.dq, no joint beyond LONGEST_STEP."""
+    largest = 0.0
+    for i in range(len(work.dq)):
+        s = 0.0
+        for k in range(rank):
+            s += work.y[k] * work.W[k, i]
+        work.dq[i] = s
+        largest = max(largest, abs(s))
+    if largest > LONGEST_STEP:
+        for i in range(len(work.dq)):
+            work.dq[i] *= LONGEST_STEP / largest
+
+
+@kernel
+def project(basis, rank, vector):
+    """Take out of a vector what the first `rank` rows of an orthonormal basis span."""
+    for _ in range(2):
+        for k in range(rank):
+            remove(basis[k], vector)
+
+
+@kernel
+def scale(geometry, task, tuning, longest, before, work):
+    """Return how far along the slope in work.null the least cost is, but so that no joint goes further than `longest`:
+    how far the joint that moves most goes, and that over the slope.
+
+    The cost bends, and the null space does too: how much, the slope after the last step shows (secant).
+    """
+    square, largest, along, length = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(work.null)):
+        square += work.null[i] * work.null[i]
+        along += work.null[i] * work.went[i]
+        length += work.went[i] * work.went[i]
+        largest = max(largest, abs(work.null[i]))
+    if not largest > 0.0:
+        return 0.0, 0.0
+    bend = curvature(geometry, task, tuning, largest, work) / square
+    if before > 0.0 and length > 0.0:
+        bend = max(1.0 / before - along / length, LEAST_BEND * bend)
+    factor = longest / largest
+    if bend > 0.0:
+        factor = min(factor, 1.0 / bend)
+    return factor * largest, factor
+
+
+@kernel
+def within_jump(tuning, reference, q):
+    """Return whether no joint is further from the reference than max_joint_jump."""
+    for i in range(len(q)):
+        if tuning.max_joint_jump > 0.0 and abs(q[i] - reference[i]) > tuning.max_joint_jump:
+            return False
+    return True
+
+
+@kernel
+def leave_out_pushed(geometry, work):
+    """Take joints at a limit that the step pushes outwards out of the system and of the direction downhill; return
+    whether there were any."""
+    some = False
+    for i in range(len(work.q)):
+        if pushed_outwards(geometry, work, i):
+            work.columns[i, :] = 0.0
+            work.null[i] = 0.0
+            some = True
+    return some
+
+
+@kernel
+def move(geometry, tuning, work):
+    """Take the step in work.dq, as much of it as the limits allow: all joints stop where the first one is stopped."""
+    fraction = 1.0
+    if tuning.respect_limits > 0.0:
+        for i in range(len(work.q)):
+            room = (geometry.upper[i] if work.dq[i] > 0.0 else geometry.lower[i]) - work.q[i]
+            if abs(work.dq[i]) > abs(room):
+                fraction = min(fraction, abs(room / work.dq[i]))
+    for i in range(len(work.q)):
+        work.dq[i] *= fraction
+        q = work.q[i] + work.dq[i]
+        if tuning.respect_limits > 0.0:
+            q = min(max(q, geometry.lower[i]), geometry.upper[i])
+        work.q[i] = q

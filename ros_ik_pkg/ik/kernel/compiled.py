@@ -1,0 +1,165 @@
+"""The decorators for compiled functions, so that all share the same arithmetic and the same cache.
+
+Numba looks only at the file of a function to tell whether its cached code is still right, but code of this package
+is inlined across files. So the cache lives in a folder named after all that the compiled code depends on: a change of
+it makes a new folder, and an installation that cannot be written to is cached too.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import re
+import tempfile
+import threading
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import llvmlite
+import numba
+from numba.core import caching
+
+PACKAGE = 'ros_ik_pkg.ik'
+Function = TypeVar('Function', bound=Callable[..., Any])
+
+
+def cache_folder() -> Path | None:
+    """Return the folder for compiled code, None if nothing can be written: then it lives in memory only.
+
+    It is below $NUMBA_CACHE_DIR, else $XDG_CACHE_HOME, else ~/.cache, and is named after what the code depends on, so
+    that a clone, a workspace and an installed package share one.
+    """
+    root = os.environ.get('NUMBA_CACHE_DIR') or os.environ.get('XDG_CACHE_HOME') or '~/.cache'
+    try:
+        folder = Path(root).expanduser() / 'ros_ik_pkg' / digest_of_sources(sources_of_compiled_code())
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as probe:
+            probe.write(bytes(4096))
+    except (OSError, RuntimeError):
+        return None
+    return folder
+
+
+def sources_of_compiled_code() -> list[Path]:
+    """Return the files of `ros_ik_pkg.ik` that hold compiled functions, and those whose constants they import."""
+    top = Path(__file__).parents[1]
+    imported = {path: _imported_files(path, top) for path in top.rglob('*.py')}
+    decorated = re.compile(r'^@(compiled|kernel|inlined|door)\b', re.MULTILINE)
+    found = {path for path in imported if decorated.search(path.read_text())}
+    while more := {file for path in found for file in imported[path]} - found:
+        found |= more
+    return sorted(found)
+
+
+def _imported_files(path: Path, top: Path) -> set[Path]:
+    """Return the files below `top` from which a file imports, read off its text."""
+    modules = re.findall(rf'^from {PACKAGE.replace(".", "[.]")}[.]([\w.]+) import', path.read_text(), re.MULTILINE)
+    return {top / (module.replace('.', '/') + '.py') for module in modules}
+
+
+def digest_of_sources(paths: Iterable[Path]) -> str:
+    """Return a name for what these files compile to: comments, docstrings and places do not count, releases do."""
+    digest = hashlib.sha256(f'{numba.__version__} {llvmlite.__version__}'.encode())
+    for path in paths:
+        tree = ast.parse(path.read_bytes())
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(node) is not None:
+                del node.body[0]
+        digest.update(f'{path.name} {ast.dump(tree)}'.encode())
+    return digest.hexdigest()[:16]
+
+
+CACHE_FOLDER = cache_folder()
+NOT_SAVED: list[str] = []  # why compiled code could not be saved
+
+
+class _Locator(caching._CacheLocator):
+    """Places compiled functions in CACHE_FOLDER, whose name says what they were compiled from.
+
+    Numba's own locators look at the path and the time of the one file that holds a function.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._module = function.__module__
+
+    def get_cache_path(self) -> str:
+        return str(CACHE_FOLDER)
+
+    def get_source_stamp(self) -> str:
+        return ''
+
+    def get_disambiguator(self) -> str:
+        return self._module
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], _file: str) -> _Locator:
+        return cls(function)
+
+
+class _CacheParts(caching.CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012
+
+
+class _Cache(caching.FunctionCache):
+    _impl_class = _CacheParts
+
+    def save_overload(self, *arguments: Any) -> None:
+        """Let code that cannot be saved live in memory; Numba itself would end the program, after all the work."""
+        try:
+            super().save_overload(*arguments)
+        except OSError as error:
+            NOT_SAVED.append(str(error))
+
+
+def _decorator(forceinline: bool = False, **options: Any) -> Callable[[Function], Function]:
+    """Return njit with the options that all compiled functions share."""
+
+    def decorate(function: Function) -> Function:
+        dispatcher: Any = numba.njit(
+            error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
+            nogil=True,  # batches run on threads
+            fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
+            forceinline=forceinline,  # said in any case: else Numba takes it from the caller
+            **options,
+        )(function)
+        if CACHE_FOLDER is not None:
+            dispatcher._cache = _Cache(function)
+        return dispatcher
+
+    return decorate
+
+
+# What callers enter by: may allocate.
+compiled = _decorator()
+
+# Inside the loop: no reference counts (atomic instructions, dearer than the arithmetic) and so no allocation
+# either, which Numba then refuses to compile.
+kernel = _decorator(_nrt=False)
+
+# Small kernels that return tuples: inlined, so that the numbers stay in registers.
+inlined = _decorator(forceinline=True, _nrt=False)
+
+
+def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
+    """Return a decorator as `compiled`, for these types alone: it compiles for no others, but raises TypeError.
+
+    The types are compiled at the first call, not at import. Whoever calls need not look at what Numba looks at anyway.
+    """
+
+    def decorate(function: Function) -> Function:
+        dispatcher: Any = compiled(function)
+        once = threading.Lock()
+
+        def compile_once(*_: Any) -> Any:
+            with once:
+                if not dispatcher.signatures:
+                    dispatcher.compile(result(*arguments))
+                    dispatcher.disable_compile()
+            return dispatcher
+
+        dispatcher._compile_for_args = compile_once  # Numba asks it what to call where it has nothing for the arguments
+        return dispatcher
+
+    return decorate

@@ -1,0 +1,134 @@
+"""The joints of one base-to-tip chain and the variables that move them: flat arrays for the compiled code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.model.tree import ROTARY, Joint, Tree
+from ros_ik_pkg.ik.text import list_names
+
+MAX_VARIABLES = 12
+TURN = 2.0 * math.pi
+FURTHEST_HOME = math.pi  # [rad, m] from the limit near zero
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Joints k = 0..nj-1 from base to tip, variables i = 0..n-1 that move them.
+
+    The value of joint k is multiplier[k] * q[variable[k]] + offset[k].
+
+    Ordinary joints have multiplier 1 and offset 0; others mimic. `wraps` is 1 where a whole turn of the
+    variable changes nothing and fits between its limits.
+    """
+
+    joints: tuple[Joint, ...]
+    names: tuple[str, ...]
+    prismatic: np.ndarray
+    variable: np.ndarray
+    multiplier: np.ndarray
+    offset: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    velocity_limits: np.ndarray
+    wraps: np.ndarray
+    home: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Drive:
+    """A joint and the variable (master joint) that moves it."""
+
+    joint: Joint
+    master: Joint
+    multiplier: float
+    offset: float
+
+
+def make_chain(tree: Tree, base: str, tip: str) -> Chain:
+    """Flatten the joints from base to tip; raises ModelError for joints that a chain cannot take."""
+    joints = [joint for joint in tree.path(base, tip) if joint.kind != 'fixed']
+    if not joints:
+        raise ModelError(f'no movable joint between base frame {base!r} and tip frame {tip!r}')
+    _refuse_faults(joints)
+    drives = [_Drive(joint, *tree.drive(joint)) for joint in joints]
+    _refuse_faults([drive.master for drive in drives])
+    names = list(dict.fromkeys(drive.master.name for drive in drives))
+    if len(names) > MAX_VARIABLES:
+        raise ModelError(f'{len(names)} joints move between {base!r} and {tip!r}; at most {MAX_VARIABLES} '
+                         'are solved: choose base and tip frame closer together')
+    groups = [[drive for drive in drives if drive.master.name == name] for name in names]
+    lower, upper = np.array([_limits(group) for group in groups]).T.copy()
+    return Chain(
+        joints=tuple(joints), names=tuple(names),
+        prismatic=np.array([joint.kind == 'prismatic' for joint in joints], dtype=np.int64),
+        variable=np.array([names.index(drive.master.name) for drive in drives], dtype=np.int64),
+        multiplier=np.array([drive.multiplier for drive in drives]),
+        offset=np.array([drive.offset for drive in drives]),
+        lower=lower, upper=upper,
+        velocity_limits=np.array([_velocity(group) for group in groups]),
+        wraps=np.array([_wraps(group) for group in groups], dtype=np.int64),
+        home=np.array([tree.home.get(name, rest(*_limits(group))) for name, group in zip(names, groups)]))
+
+
+def rest(lower: float, upper: float) -> float:
+    """Zero where it lies inside the limits and on neither, else the middle, or FURTHEST_HOME inside a wider range."""
+    if lower < 0.0 < upper:
+        return 0.0
+    inside = min(0.5 * (upper - lower), FURTHEST_HOME)
+    return lower + inside if lower >= 0.0 else upper - inside
+
+
+def _refuse_faults(joints: Sequence[Joint]) -> None:
+    """Raise ModelError with what is wrong with the joints, all at once."""
+    faults = list(dict.fromkeys(joint.fault + _way_round(joint) for joint in joints if joint.fault))
+    if faults:
+        raise ModelError('; '.join(faults))
+
+
+def _way_round(joint: Joint) -> str:
+    """Say how to do without a joint that no chain takes, such as the one that lets a robot walk."""
+    return '' if joint.movable else f': choose a base frame below it, such as {joint.child!r}'
+
+
+def _limits(group: Sequence[_Drive]) -> tuple[float, float]:
+    """Intersect the limits of a variable with those of the joints that mimic it."""
+    lower, upper = group[0].master.lower, group[0].master.upper
+    for drive in group:
+        joint = drive.joint
+        if drive.multiplier == 0.0:
+            _refuse_outside(joint, drive.offset)
+        else:
+            ends = [(limit - drive.offset) / drive.multiplier for limit in (joint.lower, joint.upper)]
+            lower, upper = max(lower, min(ends)), min(upper, max(ends))
+    if not lower < upper:
+        master = group[0].master
+        mimics = [drive.joint.name for drive in group if drive.joint is not master]
+        raise ModelError(f'joint {master.name!r} and those that mimic it ({list_names(mimics)}) '
+                         'have no common range')
+    return lower, upper
+
+
+def _refuse_outside(joint: Joint, value: float) -> None:
+    """Raise ModelError where a mimic joint that never moves stands outside its limits."""
+    if not joint.lower <= value <= joint.upper:
+        raise ModelError(f'joint {joint.name!r} mimics with multiplier 0, so it stays at {value:g}, outside its '
+                         f'limits lower = {joint.lower:g} and upper = {joint.upper:g}')
+
+
+def _velocity(group: Sequence[_Drive]) -> float:
+    """Lowest velocity limit of a variable and of the joints that mimic it [rad/s, m/s]."""
+    mapped = [drive.joint.velocity / abs(drive.multiplier) for drive in group if drive.multiplier != 0.0]
+    return min([group[0].master.velocity, *mapped])
+
+
+def _wraps(group: Sequence[_Drive]) -> bool:
+    """Tell whether a whole turn of the variable leaves the arm as it is and fits between the limits."""
+    rotary = all(drive.joint.kind in ROTARY and drive.multiplier.is_integer() for drive in group)
+    lower, upper = _limits(group)
+    return rotary and group[0].master.kind in ROTARY and upper - lower > TURN

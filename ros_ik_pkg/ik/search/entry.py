@@ -1,0 +1,177 @@
+"""The compiled doors: every solve, alone or in a batch, with or without a trace, goes through `solve_rows`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import types
+
+from ros_ik_pkg.ik.descent.descent import CONVERGED
+from ros_ik_pkg.ik.descent.recorder import singular_figures
+from ros_ik_pkg.ik.kernel.array_views import on_stack, shaped
+from ros_ik_pkg.ik.kernel.clock import now
+from ros_ik_pkg.ik.kernel.compiled import compiled, door, inlined, kernel
+from ros_ik_pkg.ik.kernel.data_layout import (
+    TUNABLES,
+    Preferences,
+    buffer_size,
+    make_records,
+    tuning_of,
+    unpack_model,
+)
+from ros_ik_pkg.ik.kernel.linalg import assign, fill
+from ros_ik_pkg.ik.kernel.llvm_hints import small_loops
+from ros_ik_pkg.ik.kinematics.task import look, make_task
+from ros_ik_pkg.ik.search.search import search
+from ros_ik_pkg.ik.solution import FIGURES
+from ros_ik_pkg.ik.step.limits import bring_inside, limits_mask
+
+NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
+# of numbers for each joint are for another arm
+LISTS = TUNABLES + 12  # where the lists of SolveOptions begin: how many joint weights, they themselves, the posture
+ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as a rotation
+
+
+(
+    STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR, JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK,
+    SEED_CLIPPED, TIME,
+) = range(len(FIGURES))  # fmt: skip
+WIDTH = len(FIGURES)
+
+
+@door(
+    types.bool_,
+    [types.Array(types.float64, 1, 'C')] * 2  # an arm's and SolveOptions' numbers
+    + [types.Array(types.float64, d, 'A', readonly=True) for d in (2, 1)]  # any strides: nobody needs to look at them
+    + [types.Array(types.float64, 1, 'C')],
+)
+def solve_one(model, numbers, target, seed, row):
+    """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row, and return
+    whether they are any good: False where an argument is none, by its shape too.
+
+    What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.06 us.
+    """
+    n = len(row) - WIDTH
+    if target.shape != (4, 4) or len(seed) != n:
+        return False
+    memory = on_stack(16 + n + memory_size(model, 1))
+    goal, start = shaped(memory, 0, (4, 4)), shaped(memory, 16, (n,))
+    for i in range(4):
+        for j in range(4):
+            goal[i, j] = target[i, j]
+    for i in range(n):
+        start[i] = seed[i]
+    out, nothing = shaped(row, 0, (1, len(row))), shaped(row, 0, (0, 0))
+    rest = shaped(memory, 16 + n, (len(memory) - 16 - n,))
+    solve_rows(model, numbers, goal, start, start, out, nothing, nothing, rest)
+    return row[n + STATUS] != NOT_AN_ARGUMENT
+
+
+@compiled
+def solve_range(model, numbers, targets, seeds, references, out, answers, rows):
+    """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
+
+    Writes to out (N, n + len(FIGURES)): q, then the figures. `answers` (k, n) receives the k nearest answers of the
+    last row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
+    """
+    memory = np.empty(memory_size(model, max(1, len(answers))))
+    return solve_rows(model, numbers, targets, seeds, references, out, answers, rows, memory)
+
+
+@inlined
+def memory_size(model, answers):
+    """Return how many numbers solve_rows needs: one block, since to ask for several takes longer."""
+    return 3 + buffer_size(model) + int(model[2]) // 2 + answers
+
+
+@kernel
+def solve_rows(model, numbers, targets, seeds, references, out, answers, rows, memory):
+    """Do what solve_range says. Its memory: three integers, a workspace, scores of the starts, ranks of answers."""
+    small_loops()
+    n = out.shape[1] - WIDTH
+    geometry, reach, starts = unpack_model(model)
+    a = 3 + buffer_size(model)
+    b = a + starts.shape[1] // 2
+    integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (a - 3,))
+    scores, ranks = shaped(memory, a, (b - a,)).view(np.float32), shaped(memory, b, (len(memory) - b,))
+    integers[2] = 0
+    work, recorder, one = make_records(model, buffer, scores, integers, rows)
+    kept = answers if len(answers) > 0 else one
+    tuning = tuning_of(numbers)
+    weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
+    joint_weights = shaped(numbers, LISTS + 1, (int(numbers[LISTS]),))
+    posture = shaped(numbers, len(numbers) - n, (n,))
+    given = len(numbers) - LISTS - 1 - len(joint_weights)
+    fits = given in (0, n) and len(joint_weights) in (0, n)
+    for k in range(len(out)):
+        began = now(work.clock)
+        q, row = shaped(out, k * (n + WIDTH), (n,)), shaped(out, k * (n + WIDTH) + n, (WIDTH,))
+        T, seed = shaped(targets, 16 * k, (4, 4)), shaped(seeds, k * n, (n,))
+        reference = shaped(references, k * n, (n,))
+        assign(q, seed)
+        fill(row, math.nan)
+        row[STATUS] = NOT_AN_ARGUMENT
+        if not (fits and is_pose(T) and finite(seed) and finite(reference)):
+            continue
+        assign(work.q, q)
+        row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
+        fill(ranks, math.inf)
+        task = make_task(T, weights, tolerances, tuning.task_frame)
+        assign(work.weights, weights)
+        preferences = Preferences(joint_weights, posture if given > 0 else reference)
+        status, steps, attempts, found, position_error, orientation_error = search(
+            geometry, starts, reach, task, tuning, reference, preferences, began, kept, ranks, work, recorder
+        )
+        assign(q, work.q)
+        row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts
+        row[POSITION_ERROR], row[ORIENTATION_ERROR] = position_error, orientation_error
+        row[JOINT_DISTANCE] = largest_gap(q, reference)
+        row[LIMITS_MASK] = limits_mask(geometry, q)
+        if status != CONVERGED:
+            row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
+        row[TIME] = now(work.clock) - began
+    return integers[2]
+
+
+@kernel
+def finite(values):
+    """Return whether all of a vector is finite."""
+    for i in range(len(values)):
+        if not abs(values[i]) < math.inf:
+            return False
+    return True
+
+
+@kernel
+def is_pose(T):
+    """Return whether T (4, 4) is finite, has a right-handed rotation and the last row 0 0 0 1."""
+    for i in range(3):
+        if not abs(T[i, 3]) < math.inf or T[3, i] != 0.0:
+            return False
+        for j in range(3):
+            dot = T[i, 0] * T[j, 0] + T[i, 1] * T[j, 1] + T[i, 2] * T[j, 2]
+            if not abs(dot - (i == j)) < ROTATION_TOLERANCE:
+                return False
+    handed = (
+        T[0, 0] * (T[1, 1] * T[2, 2] - T[1, 2] * T[2, 1])
+        - T[0, 1] * (T[1, 0] * T[2, 2] - T[1, 2] * T[2, 0])
+        + T[0, 2] * (T[1, 0] * T[2, 1] - T[1, 1] * T[2, 0])
+    )
+    return handed > 0.0 and T[3, 3] == 1.0
+
+
+@kernel
+def largest_gap(q, reference):
+    """Return max |q_i - reference_i|."""
+    largest = 0.0
+    for i in range(len(q)):
+        largest = max(largest, abs(q[i] - reference[i]))
+    return largest
+
+
+@kernel
+def sigma_min(geometry, task, work, scratch):
+    """Return the smallest singular value of the task Jacobian at work.q."""
+    look(geometry, task, work)
+    return singular_figures(work.columns, work.weights, scratch)[0]

@@ -1,0 +1,153 @@
+"""Where the attempts after the first begin: well-spread configurations, those that reach near the target first.
+
+The configurations are points of the R_d sequence (Roberts 2018, the generalised golden ratio) between the joint
+limits, so they are the same on every machine; their poses are computed once per arm. A descent that begins at the
+start whose pose is nearest the target holds four to nine times of ten and takes five steps (docs/performance.md).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
+from ros_ik_pkg.ik.kernel.data_layout import joints_size, make_joints, unpack_model
+from ros_ik_pkg.ik.kernel.llvm_hints import on_its_own
+from ros_ik_pkg.ik.kinematics.forward import walk
+from ros_ik_pkg.ik.kinematics.pose_error import quaternion
+
+COUNT = 1024  # even, for records.pack_model
+HALF_TURN = math.pi
+
+
+def make_starts(geometry, model):
+    """Return (n + 7, COUNT) float32: rows of joint positions [rad, m], tip position [m] and quaternion."""
+    lower, upper = sampling_range(geometry)
+    q = np.ascontiguousarray(lower + (upper - lower) * r_sequence(COUNT, len(lower)))
+    largest = np.finfo(np.float32).max
+    rows = np.clip(np.hstack([q, reach_poses(model, q)]).T, -largest, largest)
+    return np.ascontiguousarray(rows, dtype=np.float32)
+
+
+def r_sequence(count, dimensions):
+    """Return (count, dimensions) points of the R_d sequence in [0, 1)."""
+    ratio = 2.0
+    for _ in range(64):
+        ratio = (1.0 + ratio) ** (1.0 / (dimensions + 1))
+    steps = ratio ** -np.arange(1.0, dimensions + 1.0)
+    return np.mod(0.5 + np.outer(np.arange(1.0, count + 1.0), steps), 1.0)
+
+
+def sampling_range(geometry):
+    """Return lower and upper ends between which starts lie: one turn where a joint may turn round or has no end."""
+    lower, upper = geometry.lower.copy(), geometry.upper.copy()
+    for i in range(len(lower)):
+        if geometry.wraps[i] or not math.isfinite(upper[i] - lower[i]):
+            lower[i], upper[i] = one_turn(lower[i], upper[i])
+    return lower, upper
+
+
+def one_turn(lower, upper):
+    """Return a range of one turn (2 pi m where the joint slides) that lies between the limits."""
+    if math.isfinite(lower) and math.isfinite(upper):
+        return 0.5 * (lower + upper) - HALF_TURN, 0.5 * (lower + upper) + HALF_TURN
+    if math.isfinite(lower):
+        return lower, lower + 2.0 * HALF_TURN
+    if math.isfinite(upper):
+        return upper - 2.0 * HALF_TURN, upper
+    return -HALF_TURN, HALF_TURN
+
+
+@compiled
+def reach_poses(model, q):
+    """Return (m, 7): tip position [m] and unit quaternion (w, x, y, z) of each configuration (m, n)."""
+    poses = np.empty((len(q), 7))
+    _write_poses(model, q, np.empty(joints_size(model)), poses)
+    return poses
+
+
+@kernel
+def _write_poses(model, q, memory, poses):
+    """Write position and quaternion of each configuration."""
+    geometry, _, _ = unpack_model(model)
+    joints = make_joints(model, memory)
+    for k in range(len(q)):
+        R, p = walk(geometry, q[k], joints)
+        w, x, y, z = quaternion(R)
+        length = math.sqrt(w * w + x * x + y * y + z * z)
+        poses[k, 0], poses[k, 1], poses[k, 2] = p
+        poses[k, 3], poses[k, 4], poses[k, 5], poses[k, 6] = w / length, x / length, y / length, z / length
+
+
+@kernel
+def nearest_start(scores):
+    """Return which start is the nearest of those that were not used yet.
+
+    Numbers that are not negative have the order of their bits, and whole numbers the compiler compares sixteen at
+    once; of two that are equal the first counts.
+    """
+    on_its_own()
+    bits = scores.view(np.int32)
+    least = bits[0]
+    for k in range(1, len(bits)):
+        least = min(least, bits[k])
+    best = len(bits)
+    for k in range(len(bits)):
+        best = min(best, k if bits[k] == least else len(bits))
+    return best
+
+
+@kernel
+def distance_of(starts, k, task):
+    """Return the norm of the twist error of start k, all rows counted."""
+    first = starts.shape[0] - 7
+    w, x, y, z = quaternion(task.R)
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    s = starts[first:, k]
+    dx, dy, dz = s[0] - task.p[0], s[1] - task.p[1], s[2] - task.p[2]
+    cosine = abs(s[3] * w + s[4] * x + s[5] * y + s[6] * z) / length
+    angle = 2.0 * math.acos(min(1.0, cosine))
+    return math.sqrt(dx * dx + dy * dy + dz * dz + angle * angle)
+
+
+@kernel
+def next_start(starts, attempt, first, work):
+    """Write the start of attempt 1, 2, ... to work.q: the nearest that was not used yet; of all it is `first`."""
+    m = starts.shape[1]
+    if attempt <= m:
+        best = first if attempt == 1 else nearest_start(work.scores)
+        work.scores[best] = np.inf
+        for i in range(len(work.q)):
+            work.q[i] = starts[i, best]
+    else:  # all used: new combinations of their coordinates
+        for i in range(len(work.q)):
+            work.q[i] = starts[i, (attempt * (2 * i + 1) + i * (attempt // m)) % m]
+
+
+@kernel
+def score_starts(starts, task, scale, scores):
+    """Write how far each start is from the target: 4 |dp|^2 / scale^2 + 2 (1 - |<quaternions>|).
+
+    Position rows in base axes of weight 0 and orientations that are not wanted whole are left out. Single precision
+    and no branches, so that eight starts are scored at once.
+    """
+    on_its_own()
+    first = starts.shape[0] - 7
+    w, x, y, z = quaternion(task.R)
+    length = math.sqrt(w * w + x * x + y * y + z * z)
+    qw, qx, qy, qz = np.float32(w / length), np.float32(x / length), np.float32(y / length), np.float32(z / length)
+    px, py, pz = np.float32(task.p[0]), np.float32(task.p[1]), np.float32(task.p[2])
+    weights, per_metre = task.weights, 4.0 / (scale * scale)
+    wx = np.float32(per_metre * (weights[0] > 0.0 or task.in_tip_axes > 0.0))
+    wy = np.float32(per_metre * (weights[1] > 0.0 or task.in_tip_axes > 0.0))
+    wz = np.float32(per_metre * (weights[2] > 0.0 or task.in_tip_axes > 0.0))
+    turned = weights[3] > 0.0 and weights[4] > 0.0 and weights[5] > 0.0
+    wr, one = np.float32(2.0 * turned), np.float32(1.0)
+    for k in range(len(scores)):
+        dx, dy, dz = starts[first, k] - px, starts[first + 1, k] - py, starts[first + 2, k] - pz
+        dot = (
+            starts[first + 3, k] * qw + starts[first + 4, k] * qx
+            + starts[first + 5, k] * qy + starts[first + 6, k] * qz
+        )  # fmt: skip
+        scores[k] = wx * dx * dx + wy * dy * dy + wz * dz * dz + wr * (one - abs(dot))

@@ -1,0 +1,202 @@
+"""The five step rules, and the one place that tells them apart.
+
+Each reads the Jacobian's columns and the weighted error from the workspace, writes the joint step dq and
+returns its damping. A frozen joint is a column of zeros: its dq comes out as 0 by every rule. A rule that
+finds no finite step returns NaN.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.linalg import ROWS, factor, gram, lower_triangle, substitute, svd
+
+TRANSPOSE, PINV, DLS, ADAPTIVE_DLS, SDLS = range(5)
+ADAPTIVE_JOINT_STEP = 0.3  # rad or m, the notes' cap for adaptive_dls
+RANK_TOLERANCE = 1e-10  # singular values below this are zeros to sdls
+TINY = 1e-300
+
+
+@inlined
+def take_step(tuning, error_norm, work):
+    """Write the step of the selected method to work.dq and return its damping; NaN to both where there is none."""
+    method = int(tuning.method)
+    if method == TRANSPOSE:
+        transpose_step(work)
+        return 0.0
+    if method == SDLS:
+        sdls_step(tuning.sdls_max_step, work)
+        return 0.0
+    damping = 0.0
+    if method == DLS:
+        damping = tuning.dls_damping
+    elif method == ADAPTIVE_DLS:
+        damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
+    if damping == 0.0 and fewer_joints_than_rows(work.weights, work.columns):
+        found = normal_equations_step(work)
+    else:
+        found = damped_step(damping, work)
+    if not found:
+        work.dq[:] = math.nan
+        return math.nan
+    return damping
+
+
+@inlined
+def joint_step_cap(tuning, stride):
+    """Return the cap on one joint's step [rad or m]: the option, or where it is 0 the method's own times `stride`."""
+    if tuning.max_joint_step > 0.0:
+        return tuning.max_joint_step
+    return stride * ADAPTIVE_JOINT_STEP if int(tuning.method) == ADAPTIVE_DLS else math.inf
+
+
+@inlined
+def apply_transpose(columns, y, dq):
+    """Write dq = J^T y."""
+    for i in range(len(columns)):
+        s = 0.0
+        for r in range(ROWS):
+            s += columns[i, r] * y[r]
+        dq[i] = s
+
+
+@kernel
+def transpose_step(work):
+    """dq = alpha J^T e with alpha = <e, J J^T e> / |J J^T e|^2; zero where the denominator is zero."""
+    apply_transpose(work.columns, work.e, work.dq)
+    top, bottom = 0.0, 0.0
+    for r in range(ROWS):
+        s = 0.0
+        for i in range(len(work.dq)):
+            s += work.columns[i, r] * work.dq[i]
+        top += work.e[r] * s
+        bottom += s * s
+    alpha = top / bottom if bottom > TINY else 0.0
+    for i in range(len(work.dq)):
+        work.dq[i] *= alpha
+
+
+@inlined
+def damped_step(damping, work):
+    """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step where lambda is 0; return whether there is one."""
+    definite, lower, pivots = factor(gram(work.columns, diagonal(work.weights, damping * damping)))
+    apply_transpose(work.columns, substitute(lower, pivots, work.e), work.dq)
+    return definite
+
+
+@inlined
+def diagonal(weights, added):
+    """Return what is added to the diagonal of J J^T: where the row is dropped, a 1 that keeps it out of the system."""
+    return (
+        added if weights[0] > 0.0 else 1.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,
+        added if weights[3] > 0.0 else 1.0, added if weights[4] > 0.0 else 1.0, added if weights[5] > 0.0 else 1.0,
+    )  # fmt: skip
+
+
+@kernel
+def fewer_joints_than_rows(weights, columns):
+    """Return whether the task has more rows than joints are free: then J J^T is singular and J^T J is not."""
+    rows, free = 0, 0
+    for r in range(ROWS):
+        rows += weights[r] > 0.0
+    for i in range(len(columns)):
+        free += moves(columns, i)
+    return free < rows
+
+
+@kernel
+def moves(columns, i):
+    """Return whether joint i is in the system: a joint that moves nothing has a column of zeros."""
+    for r in range(ROWS):
+        if columns[i, r] != 0.0:
+            return True
+    return False
+
+
+@kernel
+def normal_equations_step(work):
+    """dq = (J^T J)^-1 J^T e over the free joints, fewer than six; return whether there is one.
+
+    Rows that are left over get a 1 on the diagonal.
+    """
+    A, columns = work.A, work.columns
+    rhs = work.rhs
+    n, a = len(work.dq), 0
+    for r in range(ROWS):
+        rhs[r] = 0.0
+        for c in range(ROWS):
+            A[r, c] = 1.0 if r == c else 0.0
+    for i in range(n):
+        if not moves(columns, i):
+            continue
+        b = 0
+        for j in range(i + 1):
+            if moves(columns, j):
+                s = 0.0
+                for r in range(ROWS):
+                    s += columns[i, r] * columns[j, r]
+                A[a, b] = s
+                b += 1
+        for r in range(ROWS):
+            rhs[a] += columns[i, r] * work.e[r]
+        a += 1
+    definite, lower, pivots = factor(lower_triangle(A))
+    y = substitute(lower, pivots, rhs)
+    a = 0
+    for i in range(n):
+        work.dq[i] = 0.0
+        if moves(columns, i):
+            work.dq[i] = y[a]
+            a += 1
+    return definite
+
+
+@kernel
+def sdls_step(max_step, work):
+    """Selectively damped least squares (Buss & Kim 2005): every singular direction has a bound of its own.
+
+    With J = U S V^T, target blocks l (position, orientation) and rho_lj = |column j of block l|:
+    a_i = <u_i, e>, N_i = sum_l |u_il|, M_i = (1/s_i) sum_l sum_j |v_ji| rho_lj, gamma_i = min(1, N_i/M_i) gamma_max,
+    dq = clamp(sum_i clamp((a_i/s_i) v_i, gamma_i), gamma_max), where clamp scales the largest component.
+    """
+    columns, U, W, dq = work.columns, work.U, work.W, work.dq
+    n = len(dq)
+    svd(columns, U, W, work.sigma)
+    dq[:] = 0.0
+    for i in range(ROWS):
+        s = work.sigma[i]
+        if not s > RANK_TOLERANCE:
+            continue
+        a, largest, M = 0.0, 0.0, 0.0
+        for r in range(ROWS):
+            a += U[i, r] * work.e[r]
+        for j in range(n):
+            v = abs(W[i, j]) / s
+            largest = max(largest, v)
+            M += v * (_length(columns, j, 0) + _length(columns, j, 3)) / s
+        bound = min(1.0, (_length(U, i, 0) + _length(U, i, 3)) / M) * max_step
+        scale = a / s
+        if abs(scale) * largest > bound:
+            scale = math.copysign(bound / largest, scale)
+        for j in range(n):
+            dq[j] += scale * W[i, j] / s
+    clamp_largest(dq, max_step)
+
+
+@kernel
+def _length(rows, i, start):
+    """Euclidean length of half a row: its position part (start 0) or its orientation part (start 3)."""
+    x, y, z = rows[i, start], rows[i, start + 1], rows[i, start + 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@kernel
+def clamp_largest(dq, bound):
+    """Scale dq so that no component exceeds the bound."""
+    largest = 0.0
+    for i in range(len(dq)):
+        largest = max(largest, abs(dq[i]))
+    if largest > bound:
+        for i in range(len(dq)):
+            dq[i] *= bound / largest

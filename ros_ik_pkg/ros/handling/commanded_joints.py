@@ -1,0 +1,32 @@
+"""Where the joints of a robot were told to be, by name: kept while its arm is loaded anew, with other frames too."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ros_ik_pkg.ik import Arm
+
+
+class CommandedJoints:
+    """The last command of every joint of one robot; joints of another robot may have the same names."""
+
+    def __init__(self) -> None:
+        self._robot = ''
+        self._told: dict[str, float] = {}  # [rad, m]
+
+    def keep(self, arm: Arm, command: np.ndarray) -> None:
+        """Remember the last command (n,) [rad, m] of an arm."""
+        self._belong_to(arm)
+        self._told.update(zip(arm.joint_names, command.tolist()))
+
+    def of(self, arm: Arm) -> np.ndarray | None:
+        """Return where the joints of an arm were told to be (n,) [rad, m]; None where that is not known of all."""
+        self._belong_to(arm)
+        if not self._told.keys() >= set(arm.joint_names):
+            return None
+        return np.array([self._told[name] for name in arm.joint_names])
+
+    def _belong_to(self, arm: Arm) -> None:
+        """Forget the joints of another robot."""
+        if arm.name != self._robot:
+            self._robot, self._told = arm.name, {}

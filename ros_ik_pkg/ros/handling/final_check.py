@@ -1,0 +1,61 @@
+"""The last look at an answer before it goes out to motors, apart from the solver: FK, tolerance, limits.
+
+Good answers to whole poses are let through by one call into compiled code; all others are looked at in detail.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pinocchio as pin
+
+from ros_ik_pkg.ik import Arm, SolveOptions
+from ros_ik_pkg.ik.search.final_check import ROUNDING, passes
+
+
+def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> str:
+    """Say why q (n,) must not be published for the target (4, 4) in the base frame; empty where it may."""
+    if passes(arm.packed, options.numbers, target, q):
+        return ''
+    if fault := fault_of_command(q, arm, options):
+        return fault
+    position_error, orientation_error = errors_of(q, target, arm, options)
+    if not position_error <= options.position_tolerance + ROUNDING:
+        return f'the tip is {position_error:.3g} m off'
+    if not orientation_error <= options.orientation_tolerance + ROUNDING:
+        return f'the tip is turned {orientation_error:.3g} rad off'
+    return ''
+
+
+def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
+    """Say why q (n,) must not be published wherever it leads: not finite, or outside the limits."""
+    positions = q.tolist()
+    if not all(map(math.isfinite, positions)):
+        return 'it is not finite'
+    if not options.respect_limits:
+        return ''
+    limits = zip(arm.joint_names, arm.lower.tolist(), positions, arm.upper.tolist())
+    outside = [name for name, lower, position, upper in limits if not lower <= position <= upper]
+    return f'{", ".join(outside)} outside the limits' if outside else ''
+
+
+def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[float, float]:
+    """Return distance [m] and angle [rad] of the tip at q (n,) in the rows of the task, beyond their tolerances."""
+    base_from_tip = arm.forward(q)
+    position = (target - base_from_tip)[:3, 3]
+    orientation = _rotation_vector(target[:3, :3] @ base_from_tip[:3, :3].T)
+    task_from_base = target[:3, :3].T if options.task_frame == 'tip' else np.eye(3)
+    errors = np.hstack([task_from_base @ position, task_from_base @ orientation])
+    beyond = np.maximum(np.abs(errors) - options.task_tolerances, 0.0) * (np.array(options.task_weights) > 0.0)
+    return float(np.linalg.norm(beyond[:3])), float(np.linalg.norm(beyond[3:]))
+
+
+def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
+    """Return the logarithm (3,) of a rotation [rad], with all digits near half a turn, where pinocchio.log3 has fewer:
+    an axis that is free may well be off by so much."""
+    # Not by pinocchio.Quaternion(matrix), which loses 80 bytes at every call.
+    x, y, z, w = pin.SE3ToXYZQUAT(pin.SE3(rotation, np.zeros(3)))[3:]
+    vector = np.copysign(1.0, w) * np.array([x, y, z])
+    sine = np.linalg.norm(vector)
+    return vector * (2.0 * np.arctan2(sine, abs(w)) / sine) if sine > 0.0 else vector

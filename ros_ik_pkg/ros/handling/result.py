@@ -1,0 +1,64 @@
+"""What becomes of one target: an answer with an outcome and a reason, or a refusal on the way there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ros_ik_pkg.ik import Arm, Solution
+from ros_ik_pkg.ros.handling.velocity_limiting import travel_time
+from ros_ik_pkg.ros.input.target import Target
+
+SOLVED, FAILED, REFUSED = 'solved', 'failed', 'refused'
+INTERNAL_ERROR = 'internal_error'
+SOLUTION, STEP, CLOSEST, NOTHING = 'solution', 'step', 'closest', 'nothing'  # what is published on ~/solution
+
+
+@dataclass(slots=True)
+class Command:
+    """Joint positions that are published for a target.
+
+    q: (n,) [rad, m], reached from start (n,) with the velocity limits (n,) [rad/s, m/s]. published: SOLUTION,
+    STEP towards it, or CLOSEST, to which q leads. errors: of q [m, rad], None where it is the solution itself.
+    fraction and step_time [s]: how much of the step was taken, and in what time; None where steps are not limited.
+    """
+
+    q: np.ndarray
+    start: np.ndarray
+    velocity_limits: np.ndarray
+    published: str = SOLUTION
+    errors: tuple[float, float] | None = None
+    fraction: float | None = None
+    step_time: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """The shortest time from start to q within the velocity limits [s], 0 where none is known."""
+        return travel_time(self.start, self.q, self.velocity_limits)
+
+
+@dataclass(slots=True)
+class Result:
+    """What the node has to say about one target.
+
+    `cause` is one word: the label of the solver's status, the cause of a refusal, or INTERNAL_ERROR.
+    What was solved is `base_from_target` (4, 4) from `seed` (n,); what goes out to the arm is `command`. Fields are
+    None where the target did not get that far.
+    """
+
+    target: Target
+    outcome: str
+    status: str
+    reason: str
+    method: str
+    arm: Arm | None = None
+    solution: Solution | None = None
+    notes: tuple[str, ...] = ()
+    base_from_target: np.ndarray | None = None
+    seed: np.ndarray | None = None
+    command: Command | None = None
+
+    def fail(self, status: str, reason: str) -> None:
+        """Take back what was called solved."""
+        self.outcome, self.status, self.reason = FAILED, status, reason

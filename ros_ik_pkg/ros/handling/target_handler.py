@@ -1,0 +1,178 @@
+"""One target to one answer: pose, frame, seed, solve, check."""
+
+from __future__ import annotations
+
+import numpy as np
+from rclpy.clock import ROSClock
+
+from ros_ik_pkg.ik import ArgumentError, Arm, Solution, Status, solve
+from ros_ik_pkg.ik.text import shorten
+from ros_ik_pkg.ros.handling.commands import Commands
+from ros_ik_pkg.ros.handling.final_check import fault_of
+from ros_ik_pkg.ros.handling.held_posture import HeldPosture
+from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Result
+from ros_ik_pkg.ros.input.joint_states import JointStates
+from ros_ik_pkg.ros.input.pose import target_pose
+from ros_ik_pkg.ros.input.refusal import RefusedError
+from ros_ik_pkg.ros.input.target import Target
+from ros_ik_pkg.ros.input.tf_frames import TfFrames
+from ros_ik_pkg.ros.interface.parameters import Settings
+
+CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
+AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and no URDF came on the topic robot_description'
+
+
+class TargetHandler:
+    """Answers targets with the arm, the settings and the joint states of the moment."""
+
+    def __init__(self, clock: ROSClock, frames: TfFrames) -> None:
+        self.joint_states = JointStates()
+        self._frames = frames
+        self.arm: Arm | None = None
+        self.parameters: Settings | None = None
+        self.settings: Settings | None = None  # the parameters, and the posture that is held
+        self._clock = clock
+        self._commands = Commands(clock)
+        self._posture = HeldPosture()
+
+    def take_over(self, settings: Settings, arm: Arm | None) -> None:
+        """Use these settings and this arm from the next target on."""
+        self._frames.set_timeout(settings.tf_timeout)
+        self._commands.take_over(settings, arm)
+        self.parameters, self.arm = settings, arm
+        self.settings = self._posture.take_over(settings, arm)
+
+    def handle(self, target: Target, trace: bool) -> Result:
+        """Return the one answer to a target; what is refused on the way becomes a refused answer."""
+        try:
+            return self._solve(target, trace)
+        except RefusedError as error:
+            return self._without_solution(target, REFUSED, error.status, str(error))
+        except ArgumentError as error:
+            return self._without_solution(target, REFUSED, 'argument', str(error))
+
+    def internal_error(self, target: Target, error: Exception) -> Result:
+        """Return the answer to a target whose handling failed in a way that nobody foresaw."""
+        reason = f'internal error {type(error).__name__}: {error}'
+        return self._without_solution(target, FAILED, INTERNAL_ERROR, reason)
+
+    def joint_states_age(self) -> float | None:
+        """Return the age of the joint positions that seeds come from [s]; None where no seed needs them."""
+        if self.arm is None or self.settings.seed_source != 'joint_states':
+            return None
+        if self.joint_states.empty and self.settings.home_until_joint_states:
+            return None
+        return self.joint_states.age(self.arm.joint_names)
+
+    def _without_solution(self, target: Target, outcome: str, status: str, reason: str) -> Result:
+        return Result(target, outcome, status, shorten(reason, 1000), self.settings.options.method, self.arm)
+
+    def _solve(self, target: Target, trace: bool) -> Result:
+        arm = self.arm
+        if arm is None:
+            raise RefusedError('no_robot', AWAITING_ROBOT)
+        self._refuse_stale(target)
+        base_from_target, notes = self._base_from_target(target, arm)
+        seed, seed_notes = self._seed(arm)
+        if self._posture.awaited:
+            self.settings = self._posture.hold(self.settings, seed)
+        options = self.settings.options
+        start = self._start(arm, seed)
+        reference = self._reference(arm, seed, start)
+        solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace)
+        outcome, status, reason = _judge(solution, base_from_target, arm, self.settings)
+        if solution.seed_clipped:
+            seed_notes += ('seed outside the limits brought inside',)
+        result = Result(
+            target, outcome, status, reason, options.method, arm, solution, notes + seed_notes, base_from_target, seed
+        )
+        self._commands.complete(result, start, reference, self.settings)
+        return result
+
+    def _refuse_stale(self, target: Target) -> None:
+        """Refuse a target whose stamp is too far from now; a stamp of 0 is now."""
+        limit = self.settings.target_timeout
+        if not limit or not (target.sec or target.nanosec):
+            return
+        age = self._clock.now().nanoseconds / 1e9 - (target.sec + target.nanosec / 1e9)
+        if age > limit:
+            raise RefusedError('stale', f'target is {age:.3f} s old; target_timeout is {limit:g} s')
+        if age < -limit:
+            raise RefusedError(
+                'future',
+                f'target has a stamp {-age:.3f} s ahead of now; target_timeout is {limit:g} s: the clocks of two '
+                'machines differ, or one of the nodes runs on simulated time (use_sim_time)',
+            )
+
+    def _base_from_target(self, target: Target, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Return the target (4, 4) in the base frame, whatever frame of the robot or of TF it was given in."""
+        frame_from_target, notes = target_pose(target)
+        frame = target.frame_id.removeprefix('/')
+        if frame in ('', arm.base_frame):
+            return frame_from_target, notes
+        if frame not in arm.frame_names and not self._frames.why_not:
+            base_from_frame = self._frames.base_from_frame(arm.base_frame, frame, target.stamp)
+            return base_from_frame @ frame_from_target, (*notes, 'frame of the target by TF')
+        return self._base_from_own_frame(arm, frame) @ frame_from_target, notes
+
+    def _base_from_own_frame(self, arm: Arm, frame: str) -> np.ndarray:
+        """Return the pose (4, 4) of a frame of the robot, as the joint states have it."""
+        try:
+            return arm.base_from_frame(frame, self.joint_states.positions(arm.joints_to(frame)))
+        except ArgumentError as error:
+            why_not = '' if frame in arm.frame_names else f'; {self._frames.why_not}'
+            raise RefusedError('frame', f'target frame: {error}{why_not}') from error
+
+    def _seed(self, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
+        """Return the configuration (n,) to start from, as seed_source says."""
+        source = self.settings.seed_source
+        if source == 'last_solution' and self._commands.last is not None:
+            return self._commands.last, ()
+        if source != 'joint_states':
+            return arm.home, ()
+        if self.joint_states.empty and self.settings.home_until_joint_states:
+            return arm.home, ('no joint state yet, started from home',)
+        return self.joint_states.seed(arm.joint_names), ()
+
+    def _start(self, arm: Arm, seed: np.ndarray) -> np.ndarray:
+        """Return where the joints are (n,), from which a step counts: home says nothing of that, all else does."""
+        if seed is not arm.home:
+            return seed
+        last = self._commands.last
+        return self._joint_state(arm, seed if last is None else last)
+
+    def _reference(self, arm: Arm, seed: np.ndarray, start: np.ndarray) -> np.ndarray:
+        """Return from where (n,) max_joint_jump, 'nearest' and whole turns count."""
+        if self.settings.velocity_limiting != 'none':
+            return start
+        return self._joint_state(arm, seed) if self.settings.options.max_joint_jump > 0.0 else seed
+
+    def _joint_state(self, arm: Arm, otherwise: np.ndarray) -> np.ndarray:
+        """Return the joint state (n,); where it is not known, what stands for it."""
+        try:
+            return self.joint_states.seed(arm.joint_names)
+        except RefusedError:
+            return otherwise
+
+
+def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:
+    """Return outcome, cause and reason; what the solver calls converged is looked at once more."""
+    if not solution.converged:
+        return FAILED, solution.status.label, _why(solution, arm)
+    if fault := fault_of(solution.q, target, arm, settings.options):
+        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
+    return CONVERGED
+
+
+def _why(solution: Solution, arm: Arm) -> str:
+    """Say in words why there is no answer, and how near the best attempt came."""
+    parts = [
+        solution.status.text,
+        (f'the best of {solution.attempts} attempts' if solution.attempts > 1 else 'the tip')
+        + f' is {solution.position_error:.3g} m and {solution.orientation_error:.3g} rad off',
+    ]
+    if solution.joints_at_limits:
+        parts.append('at their limits: ' + ', '.join(arm.joint_names[i] for i in solution.joints_at_limits))
+    if np.isfinite(solution.sigma_min):
+        parts.append(f'smallest singular value {solution.sigma_min:.2g}')
+    return '; '.join(parts)

@@ -1,0 +1,111 @@
+"""Joint states by name: kept as they come, read only when a target needs them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from sensor_msgs.msg import JointState
+
+from ros_ik_pkg.ik.text import shorten
+from ros_ik_pkg.ros.input.refusal import RefusedError
+
+MAX_SOURCES = 64  # publishers with different sets of names; the one that was silent longest goes first
+
+
+class Kept(NamedTuple):
+    """A message, its names, and when it came [s, monotonic]: its own stamp may be zero, or of another clock."""
+
+    names: tuple[str, ...]
+    message: JointState
+    arrival: float
+
+
+class JointStates:
+    """The newest message of every set of joint names; the newest message that names a joint speaks for it.
+
+    One without positions says nothing of them, so it is kept beside one that has them.
+    """
+
+    def __init__(self) -> None:
+        self._newest: dict[tuple, Kept] = {}
+
+    def keep(self, message: JointState) -> None:
+        """Take a message; all else is left for when a target comes."""
+        names = tuple(message.name)
+        key = names if message.position or not names else (names,)
+        self._newest.pop(key, None)
+        self._newest.pop((), None)  # one without names is at fault for nothing but itself
+        self._newest[key] = Kept(names, message, time.monotonic())
+        if len(self._newest) > MAX_SOURCES:
+            del self._newest[next(iter(self._newest))]
+
+    @property
+    def empty(self) -> bool:
+        """Whether no message came so far."""
+        return not self._newest
+
+    def seed(self, joint_names: Sequence[str]) -> np.ndarray:
+        """Return the positions (n,) of these joints [rad, m]; refuse the target where they are not known."""
+        found = self.positions(joint_names)
+        if len(found) < len(joint_names):
+            raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
+        return np.array([found[name] for name in joint_names])
+
+    def positions(self, joint_names: Sequence[str]) -> dict[str, float]:
+        """Return the positions that are known of these joints, by name [rad, m]; refuse the target at a fault."""
+        found: dict[str, float] = {}
+        for names, message, _ in reversed(self._newest.values()):
+            if len(found) == len(joint_names):
+                break
+            found |= _positions(names, message, [name for name in joint_names if name not in found])
+        return found
+
+    def age(self, joint_names: Sequence[str]) -> float:
+        """Return since when a joint has had no new position [s], infinite where one never had; the oldest of all."""
+        missing = set(joint_names)
+        for names, message, arrival in reversed(self._newest.values()):
+            if message.position:
+                missing.difference_update(names)
+            if not missing:
+                return time.monotonic() - arrival
+        return math.inf
+
+    def _what_is_missing(self, joint_names: Sequence[str], found: dict[str, float]) -> str:
+        """Say which joints have no position yet, and what came instead."""
+        if self.empty:
+            return 'no message on joint_states yet, and seed_source is joint_states'
+        missing = ', '.join(name for name in joint_names if name not in found)
+        if found:
+            return shorten(f'joint_states gave no position yet of {missing}')
+        got = ', '.join(dict.fromkeys(name for kept in self._newest.values() for name in kept.names)) or 'no names'
+        return f'joint_states gave none of the joints: expected {shorten(missing)}; got {shorten(got)}'
+
+
+def _positions(names: Sequence[str], message: JointState, wanted: Sequence[str]) -> dict[str, float]:
+    """Return the positions that a message gives of joints `wanted`; refuse one that is faulty about them."""
+    places = {name: place for place, name in enumerate(names)}
+    spoken_for = [name for name in wanted if name in places]
+    if names and not spoken_for:
+        return {}
+    positions = message.position
+    lengths = len(positions), len(message.velocity), len(message.effort)
+    if not {0, len(names)}.issuperset(lengths):
+        raise _refused(
+            f'{len(names)} names, {lengths[0]} positions, {lengths[1]} velocities and {lengths[2]} efforts; '
+            'expected as many of each as names, or none'
+        )
+    if len(places) < len(names) and (twice := [name for name in spoken_for if names.count(name) > 1]):
+        raise _refused(f'{", ".join(twice)} more than once')
+    found = {name: positions[places[name]] for name in spoken_for} if positions else {}
+    for name, position in found.items():
+        if not math.isfinite(position):
+            raise _refused(f'position {position} of {name}; expected a finite number')
+    return found
+
+
+def _refused(fault: str) -> RefusedError:
+    return RefusedError('joint_states', f'joint_states has {fault}')

@@ -1,0 +1,93 @@
+"""Frames that the robot does not have: looked up by TF where tf2_ros is there."""
+
+from __future__ import annotations
+
+import threading
+import time
+from types import ModuleType
+
+import numpy as np
+from builtin_interfaces.msg import Time as Stamp
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.time import Time
+
+from ros_ik_pkg.ros.input.pose import stamp_text, transform_matrix
+from ros_ik_pkg.ros.input.refusal import RefusedError
+from ros_ik_pkg.ros.runtime.companion_node import companion_node
+from ros_ik_pkg.ros.runtime.spin import spin
+
+
+class TfFrames:
+    """Answers from a buffer of transforms that fills on a node and a thread of its own.
+
+    The thread takes transforms while the IK node waits for one, and the IK node stays with one executor.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node, self._timeout = node, 0.0
+        self._listening: _Listening | None = None
+        self.why_not = ''  # TF is not asked; empty where it is
+
+    def set_timeout(self, timeout: float) -> None:
+        """Wait for transforms so long from now on [s]; 0: do not listen to them at all."""
+        self._timeout = timeout
+        if timeout == 0.0:
+            self.close()
+            self.why_not = 'TF is not asked, because tf_timeout is 0'
+        elif self._listening is None:
+            self._listen()
+
+    def _listen(self) -> None:
+        try:
+            import tf2_ros  # not on PyPI, so a node from wheels has none
+        except ImportError as error:
+            self.why_not = f'TF is not available here: {error}'
+        else:
+            self.why_not = ''
+            self._listening = _Listening(tf2_ros, companion_node(self._node, 'tf_listener'))
+
+    def base_from_frame(self, base: str, frame: str, stamp: Stamp) -> np.ndarray:
+        """Return the pose (4, 4) of a frame in the base frame at a stamp, 0: the newest; refuse what TF cannot tell."""
+        tf2_ros, buffer = self._listening.tf2_ros, self._listening.buffer
+        started = time.monotonic()
+        try:
+            found = buffer.lookup_transform(base, frame, Time.from_msg(stamp), Duration(seconds=self._timeout))
+        except (tf2_ros.TransformException, ValueError) as error:  # rclpy has no times before 0
+            waited = time.monotonic() - started
+            raise RefusedError(
+                'frame',
+                f'no transform from {frame!r} to {base!r} at stamp {_described(stamp)}, '
+                f'waited {waited:.2f} s (tf_timeout {self._timeout:g} s): {error}',
+            ) from error
+        return transform_matrix(found.transform)
+
+    def close(self) -> None:
+        """Stop listening."""
+        if self._listening is not None:
+            self._listening.close()
+        self._listening = None
+
+
+class _Listening:
+    """A buffer, and the thread that fills it."""
+
+    def __init__(self, tf2_ros: ModuleType, node: Node) -> None:
+        self.tf2_ros, self.buffer = tf2_ros, tf2_ros.Buffer()
+        self._node, self._stop = node, threading.Event()
+        # Without spin_thread=True: a listener's own thread cannot be joined in every release.
+        self._listener = tf2_ros.TransformListener(self.buffer, node)
+        executor = SingleThreadedExecutor(context=node.context)
+        self._thread = threading.Thread(target=spin, args=(executor, node, self._stop.is_set), name='tf')
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread, then the node."""
+        self._stop.set()
+        self._thread.join()
+        self._node.destroy_node()
+
+
+def _described(stamp: Stamp) -> str:
+    return stamp_text(stamp) if stamp.sec or stamp.nanosec else '0, the newest'

@@ -1,0 +1,109 @@
+"""Prints docs/parameters.md and config/ik_node.yaml from the declarations."""
+
+from __future__ import annotations
+
+import sys
+
+import yaml
+
+from ros_ik_pkg.ik import OPTIONS
+from ros_ik_pkg.ik.options import Option
+from ros_ik_pkg.ros.interface.parameters import (
+    ARM_OPTIONS,
+    COMPARE_OPTION,
+    FRAME_OPTIONS,
+    HEALTH_OPTIONS,
+    SEED_OPTIONS,
+    STREAM_OPTIONS,
+)
+
+SECTIONS = {
+    'Robot': ARM_OPTIONS,
+    'Frames': FRAME_OPTIONS,
+    'Solve': OPTIONS,
+    'Seed': SEED_OPTIONS,
+    'Streaming': STREAM_OPTIONS,
+    'Comparison': (COMPARE_OPTION,),
+    'Diagnostics': HEALTH_OPTIONS,
+}
+GENERATED = 'python -m ros_ik_pkg.ros.interface.generate_reference'
+INTRODUCTION = f"""# Parameters of `ik_node`
+
+Made from the declarations in the code by `{GENERATED} parameters.md`; a test compares the two.
+
+Every parameter can be set while the node runs and counts from the next target on. A change is checked whole:
+all of it is taken, or none, and the refusal names the parameter, the value and what is allowed. An integer is
+taken where a number is expected. `ros2 param set` sends one parameter at a time; what belongs together goes
+into one call of `/ik_node/set_parameters_atomically`.
+"""
+ROBOT_CHANGES = """## Changing the robot
+
+A change of `robot`, `robot_description`, `base_frame` or `tip_frame` loads the arm again (the same value too:
+a file may have changed) or is refused, and then the old arm stays. The sources in their order:
+`robot_description` where it is not empty, `robot` where it is not empty, the topic `robot_description`.
+Of the topic the newest text counts that is URDF; what is none, an empty text too, is an error in the log.
+
+Set one at a time, every step must make sense by itself, because frames are looked up in the robot:
+
+1. The new robot has the default frames: set `tip_frame` and `base_frame` to `''` first, then `robot`.
+2. It needs frames of its own (a URDF with several tips): set `robot_description` and `robot` to `''`. Without
+   a robot the node refuses targets and takes any frame names. Then set `base_frame` and `tip_frame`, then
+   `robot`. Where the topic `robot_description` has a publisher, use `/ik_node/set_parameters_atomically`.
+
+`posture` and `joint_weights` have a number for each joint of the arm. Where the new arm has more or fewer joints,
+set them to `[]` before, or to what the new arm needs in the same call.
+"""
+
+
+def parameters_markdown() -> str:
+    """Return docs/parameters.md."""
+    tables = [_table(title, options) for title, options in SECTIONS.items()]
+    return '\n'.join([INTRODUCTION, *tables, ROBOT_CHANGES])
+
+
+def _table(title: str, options: tuple[Option, ...]) -> str:
+    rows = [
+        f'| `{option.ros_name}` | `{_yaml(option.default)}` | {option.expected()} | {_cell(option.text)} |'
+        for option in options
+    ]
+    return '\n'.join([f'## {title}\n', '| name | default | allowed | what |', '|---|---|---|---|', *rows, ''])
+
+
+def parameters_yaml() -> str:
+    """Return config/ik_node.yaml: every parameter at its default, with its text, unit and range."""
+    lines = [
+        '# Parameters of ik_node at their defaults; start the node with --params-file and a changed copy.',
+        f'# Made by `{GENERATED} ik_node.yaml`; docs/parameters.md says more.',
+        '/**/ik_node:',
+        '  ros__parameters:',
+    ]
+    for options in SECTIONS.values():
+        for option in options:
+            lines += [
+                f'    # {option.text}:',
+                f'    # {option.expected()}',
+                f'    {option.ros_name}: {_yaml(option.default)}',
+            ]
+    return '\n'.join(lines) + '\n'
+
+
+def _yaml(value: object) -> str:
+    """Write a default as YAML would, on one line; 1e-5 as 1.0e-05, which YAML 1.1 takes for a number."""
+    plain = list(value) if isinstance(value, tuple) else value
+    return yaml.safe_dump(plain, default_flow_style=True, width=1000).removesuffix('...\n').strip()
+
+
+def _cell(text: str) -> str:
+    return text.replace('|', '\\|')
+
+
+def main() -> None:
+    """Print the file that the one argument names."""
+    files = {'parameters.md': parameters_markdown, 'ik_node.yaml': parameters_yaml}
+    if len(sys.argv) != 2 or sys.argv[1] not in files:
+        sys.exit(f'usage: {GENERATED} {"|".join(files)}')
+    print(files[sys.argv[1]](), end='')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,263 @@
+"""The node's parameters: declared from the options, checked as a whole, applied as a whole."""
+
+from __future__ import annotations
+
+import difflib
+from array import array
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ros_ik_pkg.ik import METHODS, OPTIONS, Arm, IkError, OptionError, SolveOptions
+from ros_ik_pkg.ik.options import Option
+from ros_ik_pkg.ik.text import shorten
+from ros_ik_pkg.ros.interface.health_limits import HealthLimits
+
+SEED_SOURCES = ('joint_states', 'last_solution', 'home')
+VELOCITY_LIMITING = ('none', 'whole', 'joint')
+OUT_OF_REACH = ('hold', 'closest')
+
+
+@dataclass(frozen=True)
+class ListOption(Option):
+    """A list of any of the `allowed` texts."""
+
+    def check(self, value: Any) -> tuple[str, ...]:
+        """Return the entries once each, in the order given, or raise OptionError."""
+        if not isinstance(value, (list, tuple, array)) or any(entry not in self.allowed for entry in value):
+            raise self._refuse(value)
+        return tuple(dict.fromkeys(value))
+
+    def expected(self) -> str:
+        """Say in words what values are allowed."""
+        return f'a list of any of {", ".join(self.allowed)}'
+
+
+def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = (), **spec: Any) -> Option:
+    kind = ListOption if isinstance(default, tuple) else Option
+    return kind(name=name, ros_name=name, default=default, text=text, allowed=allowed, **spec)
+
+
+ARM_OPTIONS = (
+    _node_option('robot', 'puma560', 'a name in config/robots, or the path or URI (package://, file://) of a .urdf, '
+                 '.xacro or DH .yaml; empty: the URDF of the robot_description topic'),
+    _node_option('robot_description', '', 'URDF text; used instead of robot where not empty'),
+    _node_option('base_frame', '',
+                 'frame that targets and solutions speak of; empty: the root of the robot'),
+    _node_option('tip_frame', '', 'frame that shall reach the target; empty: the end of the robot'),
+)  # fmt: skip
+FRAME_OPTIONS = (
+    Option('tf_timeout', 'tf_timeout', 0.1, 'longest wait for the transform of a target whose frame the robot does '
+           'not have, where tf2_ros is installed; 0: TF is not listened to', 's', minimum=0.0, maximum=1.0),
+)  # fmt: skip
+SEED_OPTIONS = (
+    _node_option('seed_source', 'joint_states', 'where a solve starts: the current joints, the last solution '
+                 '(before the first: home), or home', SEED_SOURCES),
+    _node_option('home_until_joint_states', False, 'start from home while no joint state has come, '
+                 'instead of refusing targets'),
+)  # fmt: skip
+STREAM_OPTIONS = (
+    _node_option('velocity_limiting', 'none', 'how a step to the solution is kept within the velocity limits: not '
+                 'at all, shortened as a whole (a straight line of the joints), or each joint by itself',
+                 VELOCITY_LIMITING),
+    _node_option('velocity_scale', 1.0, "share of the arm's velocity limits that is used", minimum=0.01, maximum=1.0),
+    _node_option('max_step_time', 0.1, 'longest time that a limited step may count, also the first and after a pause',
+                 unit='s', minimum=1e-3, maximum=10.0),
+    _node_option('target_timeout', 0.0, 'refuse targets whose stamp is further than this from now, 0 for none; '
+                 'stamp 0 is now', unit='s', minimum=0.0, maximum=3600.0),
+    _node_option('out_of_reach', 'hold', 'what is published for a target without a solution: nothing, or the closest '
+                 'approach from where the arm is', OUT_OF_REACH),
+    _node_option('trajectory_time', 0.1, 'time to the point of ~/joint_trajectory, longer where the velocity limits '
+                 'need it', unit='s', minimum=1e-3, maximum=60.0),
+)  # fmt: skip
+COMPARE_OPTION = _node_option(
+    'compare', (), 'methods that solve every target too, for comparison', (*METHODS, 'all')
+)
+
+
+def _health_limit(name: str, default: float, text: str, unit: str = '', maximum: float = 3600.0) -> Option:
+    return Option(name, f'diagnostics.{name}', default, f'{text}; 0: never', unit, minimum=0.0, maximum=maximum)
+
+
+HEALTH_OPTIONS = (
+    _health_limit('warn_failed_ratio', 0.01, 'WARN from this share of failed or refused targets on', maximum=1.0),
+    _health_limit('error_failed_ratio', 1.0, 'ERROR from this share of failed or refused targets on', maximum=1.0),
+    _health_limit('warn_latency', 0.0, 'WARN from this 99th percentile of the latency on', 's'),
+    _health_limit('error_latency', 0.0, 'ERROR from this 99th percentile of the latency on', 's'),
+    _health_limit('joint_states_silence', 2.0, 'WARN where a joint was not heard of for so long, while seeds are '
+                  'joint states', 's'),
+    _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
+)  # fmt: skip
+NODE_OPTIONS = (*ARM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
+PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *HEALTH_OPTIONS)}
+ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All parameters at one moment."""
+
+    options: SolveOptions
+    robot: str
+    robot_description: str
+    base_frame: str
+    tip_frame: str
+    tf_timeout: float
+    seed_source: str
+    home_until_joint_states: bool
+    velocity_limiting: str
+    velocity_scale: float
+    max_step_time: float
+    target_timeout: float
+    out_of_reach: str
+    trajectory_time: float
+    compare: tuple[str, ...]
+    health_limits: HealthLimits
+
+    @classmethod
+    def from_values(cls, values: Mapping[str, Any]) -> Settings:
+        """Check values by parameter name, all of them; raise OptionError that names the first wrong one."""
+        options = SolveOptions(**{option.name: values[option.ros_name] for option in OPTIONS})
+        limits = HealthLimits(**_checked(HEALTH_OPTIONS, values))
+        return cls(options, **_checked(NODE_OPTIONS, values), health_limits=limits)
+
+
+def _checked(options: Iterable[Option], values: Mapping[str, Any]) -> dict[str, Any]:
+    return {option.name: option.check(values[option.ros_name]) for option in options}
+
+
+Prepare = Callable[[Settings, bool], Arm | None]
+Apply = Callable[[Settings, Arm | None], None]
+
+
+class Parameters:
+    """Declares the parameters on a node, which must allow undeclared ones; a change is all or nothing.
+
+    prepare(settings, arm_changes): loads the arm if it changes; an IkError refuses the change.
+    apply(settings, arm): takes over; called for the values at the start too.
+
+    Raises OptionError for a wrong value at the start, and ModelError for a robot that cannot be loaded.
+    """
+
+    def __init__(self, node: Node, prepare: Prepare, apply: Apply) -> None:
+        self._node, self._prepare, self._take_over = node, prepare, apply
+        self._values = _declare(node)
+        settings = Settings.from_values(self._values)
+        self._pending = (settings, prepare(settings, True))
+        node.add_pre_set_parameters_callback(_convert)
+        node.set_parameters_atomically([_parameter(*item) for item in self._values.items()])
+        self._describe(PARAMETERS)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
+        self._apply([])
+
+    def _check(self, changes: list[Parameter]) -> SetParametersResult:
+        """Accept or refuse a change; what was loaded for it waits for `_apply`."""
+        own = _own(changes)
+        try:
+            _refuse_unknown(self._node, changes)
+            settings = Settings.from_values(self._values | own)
+            self._pending = (settings, self._prepare(settings, not ARM_PARAMETERS.isdisjoint(own)))
+        except IkError as error:
+            self._describe(own)  # anew: rclpy has noted the type of the refused value already
+            return SetParametersResult(successful=False, reason=shorten(str(error), 1000))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, changes: list[Parameter]) -> None:
+        self._values |= _own(changes)
+        self._take_over(*self._pending)
+
+    def _describe(self, names: Iterable[str]) -> None:
+        for name in names:
+            self._node.set_descriptor(name, descriptor(PARAMETERS[name]))
+
+
+def _own(changes: list[Parameter]) -> dict[str, Any]:
+    """Values by name of what is declared here; rclpy has a few parameters of its own."""
+    return {parameter.name: parameter.value for parameter in changes if parameter.name in PARAMETERS}
+
+
+def _refuse_unknown(node: Node, changes: list[Parameter]) -> None:
+    for parameter in changes:
+        if not node.has_parameter(parameter.name):
+            raise OptionError(f'parameter {parameter.name} is not known{_suggestion(parameter.name)}')
+
+
+def _declare(node: Node) -> dict[str, Any]:
+    """Declare every parameter and return the values at the start, by name; ranges are left for later."""
+    undescribed = ParameterDescriptor(dynamic_typing=True)
+    declared = node.declare_parameters(
+        '', [(name, _plain(option.default), undescribed) for name, option in PARAMETERS.items()]
+    )
+    return {parameter.name: _value_at_start(parameter) for parameter in declared}
+
+
+def _value_at_start(parameter: Parameter) -> Any:
+    """Return the checked value; ROS reads an empty list in a file as nothing at all."""
+    option = PARAMETERS[parameter.name]
+    return option.check(option.default if parameter.value is None else parameter.value)
+
+
+def descriptor(option: Option) -> ParameterDescriptor:
+    """Describe a parameter: text, unit, what is allowed, and the range where ROS can hold it.
+
+    Types are dynamic for rclpy, so that an integer may stand for a float and a refusal names the parameter.
+    """
+    described = ParameterDescriptor(
+        description=option.text + (f' [{option.unit}]' if option.unit else ''),
+        additional_constraints=option.expected(),
+        dynamic_typing=True,
+    )
+    if isinstance(option.default, (bool, str, tuple)):
+        return described
+    low, high = option.minimum, option.maximum
+    if isinstance(option.default, int):
+        described.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    else:
+        described.floating_point_range = [FloatingPointRange(from_value=float(low), to_value=float(high))]
+    return described
+
+
+def _convert(changes: list[Parameter]) -> list[Parameter]:
+    """Turn 1 into 1.0 where a float is meant; wrong values pass as they are, to be refused by name."""
+    return [_converted(parameter) if parameter.name in PARAMETERS else parameter for parameter in changes]
+
+
+def _converted(parameter: Parameter) -> Parameter:
+    try:
+        value = PARAMETERS[parameter.name].check(parameter.value)
+    except OptionError:
+        return parameter
+    return _parameter(parameter.name, value)
+
+
+def _parameter(name: str, value: Any) -> Parameter:
+    """Make a parameter of the declared type; an empty list would not tell its own."""
+    default = PARAMETERS[name].default
+    if isinstance(PARAMETERS[name], ListOption):
+        kind = Parameter.Type.STRING_ARRAY
+    elif isinstance(default, tuple):
+        kind = Parameter.Type.DOUBLE_ARRAY
+    else:
+        kind = Parameter.Type.from_parameter_value(default)
+    return Parameter(name, kind, _plain(value))
+
+
+def _plain(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def warnings_about_unknown(node: Node) -> list[str]:
+    """Say which parameters given at the start the node does not have; ROS itself is silent about a slip."""
+    given = node._parameter_overrides  # rclpy has no public name for it
+    return [f'parameter {name} is not known and ignored{_suggestion(name)}' for name in given
+            if not node.has_parameter(name)]
+
+
+def _suggestion(name: str) -> str:
+    near = difflib.get_close_matches(name, PARAMETERS, n=1)
+    return f'; did you mean {near[0]}?' if near else ''

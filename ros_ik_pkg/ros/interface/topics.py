@@ -1,0 +1,94 @@
+"""Every topic of the node in one table: name, type, direction, QoS and text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, String
+from trajectory_msgs.msg import JointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+NODE_NAME = 'ik_node'
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic; `~/` names belong to the node, the others are shared and may be remapped."""
+
+    name: str
+    type: Any
+    direction: str
+    text: str
+    depth: int = 1
+    best_effort: bool = False
+    latched: bool = False
+
+    @property
+    def qos(self) -> QoSProfile:
+        """Quality of service, reliable and volatile unless declared otherwise."""
+        return QoSProfile(
+            depth=self.depth,
+            reliability=ReliabilityPolicy.BEST_EFFORT if self.best_effort else ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if self.latched else DurabilityPolicy.VOLATILE,
+        )
+
+    def of(self, node: str) -> str:
+        """Return the full name of the topic of the node with this full name, such as /left/ik_node."""
+        if self.name.startswith('~/'):
+            return node + self.name[1:]
+        return self.name if self.name.startswith('/') else f'{node.rpartition("/")[0]}/{self.name}'
+
+
+TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
+JOINT_STATES = Topic(
+    'joint_states',
+    JointState,
+    'in',
+    'joint positions by name, any order, extra joints ignored',
+    best_effort=True,
+)
+ROBOT_DESCRIPTION = Topic(
+    'robot_description', String, 'in', 'URDF, used when the parameters name no robot', latched=True
+)
+SOLUTION = Topic(
+    '~/solution', JointState, 'out', 'answers within tolerance and limits; what else, parameters must ask for', depth=10
+)
+JOINT_TRAJECTORY = Topic(
+    '~/joint_trajectory', JointTrajectory, 'out', 'the same as a point for joint_trajectory_controller'
+)
+POSITION_COMMANDS = Topic(
+    '~/position_commands', Float64MultiArray, 'out', 'the same, positions alone, for forward_command_controller'
+)
+RESULT = Topic(
+    '~/result', DiagnosticArray, 'out', 'one status for every target: solved, failed or refused', depth=100
+)
+ITERATIONS = Topic('~/iterations', DiagnosticArray, 'out', 'one status per iteration, for people', depth=10)
+TRACE = Topic('~/trace', Float64MultiArray, 'out', 'the same as a matrix with labelled columns', depth=10)
+TCP_PATH = Topic('~/tcp_path', Path, 'out', 'where the tip was at each iteration', depth=10)
+COMPARISON = Topic('~/comparison', DiagnosticArray, 'out', 'one status for each method that is compared', depth=10)
+COMPARISON_PATHS = Topic(
+    '~/comparison_paths', MarkerArray, 'out', 'where the tip was with each method, for RViz', depth=10
+)
+DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node, once a second')
+
+TOPICS = (
+    TARGET_POSE,
+    JOINT_STATES,
+    ROBOT_DESCRIPTION,
+    SOLUTION,
+    JOINT_TRAJECTORY,
+    POSITION_COMMANDS,
+    RESULT,
+    ITERATIONS,
+    TRACE,
+    TCP_PATH,
+    COMPARISON,
+    COMPARISON_PATHS,
+    DIAGNOSTICS,
+)

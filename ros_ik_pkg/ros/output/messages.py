@@ -1,0 +1,91 @@
+"""Messages to arrays and arrays to messages; pure functions."""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+import numpy as np
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import Point, Pose, PoseStamped
+from nav_msgs.msg import Path
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from ros_ik_pkg.ik import TRACE_COLUMNS, Trace
+from ros_ik_pkg.ros.handling.result import Command, Result
+from ros_ik_pkg.ros.input.pose import stamp_text
+
+
+def positions_of(command: Command) -> array[float]:
+    """Return joint positions [rad, m] as messages hold them."""
+    return array('d', command.q.tobytes())
+
+
+def solution_message(result: Result) -> JointState:
+    """Return the joint positions [rad, m] under the stamp of the target."""
+    return JointState(
+        header=base_header(result),
+        name=list(result.arm.joint_names),
+        position=positions_of(result.command),
+    )
+
+
+def trajectory_message(result: Result, duration: float) -> JointTrajectory:
+    """Return a trajectory of one point, in `duration` [s], later where the velocity limits need it.
+
+    Its stamp is 0, which joint_trajectory_controller takes for now; one of the past it would leave aside.
+    """
+    command = result.command
+    nanoseconds = math.ceil(1e9 * max(duration, command.duration))
+    point = JointTrajectoryPoint(
+        positions=positions_of(command),
+        time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9),
+    )
+    message = JointTrajectory(joint_names=list(result.arm.joint_names), points=[point])
+    message.header.frame_id = result.arm.base_frame
+    return message
+
+
+def commands_message(result: Result) -> Float64MultiArray:
+    """Return the joint positions [rad, m] alone, in the order of the arm's joints from base to tip."""
+    return Float64MultiArray(data=positions_of(result.command))
+
+
+def trace_message(result: Result, trace: Trace, method: str, run: str) -> Float64MultiArray:
+    """Return a trace as a matrix: TRACE_COLUMNS, then the joint positions.
+
+    The labels name the columns, and say whose rows they are: the method, the stamp of the target, and
+    the run, `solve` or `comparison`.
+    """
+    matrix = np.hstack([trace.rows, trace.joint_positions])
+    rows, columns = matrix.shape
+    message = Float64MultiArray(data=array('d', matrix.tobytes()))
+    message.layout.dim = [
+        MultiArrayDimension(label=rows_label(result, method, run), size=rows, stride=rows * columns),
+        MultiArrayDimension(label=','.join(trace_labels(result)), size=columns, stride=columns),
+    ]
+    return message
+
+
+def rows_label(result: Result, method: str, run: str) -> str:
+    """Return what the rows of a trace message belong to: `rows method=dls run=solve stamp=1.000000002`."""
+    return f'rows method={method} run={run} stamp={stamp_text(result.target.stamp)}'
+
+
+def trace_labels(result: Result) -> tuple[str, ...]:
+    """Names of the columns of the trace message."""
+    return (*TRACE_COLUMNS, *result.arm.joint_names)
+
+
+def path_message(result: Result) -> Path:
+    """Return the positions of the tip, row by row of the trace, in the base frame."""
+    header = base_header(result)
+    points = (Point(x=x, y=y, z=z) for x, y, z in result.solution.trace.tip_positions.tolist())
+    return Path(header=header, poses=[PoseStamped(header=header, pose=Pose(position=p)) for p in points])
+
+
+def base_header(result: Result) -> Header:
+    """Header with the stamp of the target and the base frame of the arm."""
+    return Header(stamp=result.target.stamp, frame_id=result.arm.base_frame)

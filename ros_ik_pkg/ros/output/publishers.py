@@ -1,0 +1,76 @@
+"""Publishes answers: the command first, the result next, and in the gaps between targets what people look at."""
+
+from __future__ import annotations
+
+from rclpy.node import Node
+
+from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.ros.handling.result import Result
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.output.messages import (
+    commands_message,
+    path_message,
+    solution_message,
+    trace_message,
+    trajectory_message,
+)
+from ros_ik_pkg.ros.output.publisher import Publisher
+from ros_ik_pkg.ros.output.solution_writer import SolutionWriter
+from ros_ik_pkg.ros.output.statuses import iterations_message, result_message
+from ros_ik_pkg.ros.runtime.background_worker import BackgroundWorker
+from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
+
+REPORTS = 10  # that may wait
+
+
+class Publishers:
+    """The publishers of the node's own topics."""
+
+    def __init__(self, node: Node) -> None:
+        self._name = name_in_statuses(node)
+        self._solution = Publisher(node, topics.SOLUTION)
+        self._trajectory = Publisher(node, topics.JOINT_TRAJECTORY)
+        self._commands = Publisher(node, topics.POSITION_COMMANDS)
+        self._result = Publisher(node, topics.RESULT)
+        self._iterations = Publisher(node, topics.ITERATIONS)
+        self.trace = Publisher(node, topics.TRACE)
+        self._tcp_path = Publisher(node, topics.TCP_PATH)
+        self._writer: SolutionWriter | None = None
+        self._arm: Arm | None = None  # of the writer
+        self.reports: BackgroundWorker[Result] = BackgroundWorker(node, 'reports', self._report, REPORTS)
+
+    def want_trace(self) -> bool:
+        """Whether anybody listens to what a trace is needed for."""
+        return self._iterations.heard or self.trace.heard or self._tcp_path.heard
+
+    def publish_command(self, result: Result, trajectory_time: float) -> None:
+        """Publish the command of an answer, if it has one, in every form that somebody listens to."""
+        if result.command is None:
+            return
+        self._solution.publish(self._solution_of(result))
+        if self._trajectory.heard:
+            self._trajectory.publish(trajectory_message(result, trajectory_time))
+        if self._commands.heard:
+            self._commands.publish(commands_message(result))
+
+    def _solution_of(self, result: Result) -> bytes:
+        """Return the message of a solution as bytes, of which those of the names are the same for all of an arm."""
+        if result.arm is not self._arm:
+            self._writer, self._arm = SolutionWriter(solution_message(result)), result.arm
+        return self._writer.write(result.target.sec, result.target.nanosec, result.command.q)
+
+    def publish_result(self, result: Result) -> None:
+        """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""
+        if self._result.heard:
+            self._result.publish(result_message(result, self._name))
+        if result.solution is not None and result.solution.trace is not None:
+            self.reports.submit(result)
+
+    def _report(self, result: Result) -> None:
+        """Publish the iterations of an answer."""
+        if self.trace.heard:
+            self.trace.publish(trace_message(result, result.solution.trace, result.method, 'solve'))
+        if self._tcp_path.heard:
+            self._tcp_path.publish(path_message(result))
+        if self._iterations.heard:
+            self._iterations.publish(iterations_message(result, self._name))

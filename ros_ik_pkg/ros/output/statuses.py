@@ -1,0 +1,101 @@
+"""An answer as diagnostic statuses: one for ~/result, one per iteration for ~/iterations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from std_msgs.msg import Header
+
+from ros_ik_pkg.ik import TRACE_COLUMNS
+from ros_ik_pkg.ik.text import shorten
+from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, NOTHING, REFUSED, SOLVED, Result
+from ros_ik_pkg.ros.input.pose import stamp_text
+from ros_ik_pkg.ros.output.messages import base_header
+
+LEVELS = {SOLVED: DiagnosticStatus.OK, FAILED: DiagnosticStatus.WARN, REFUSED: DiagnosticStatus.ERROR}
+MAX_ITERATION_STATUSES = 5000  # about 0.3 s of work; ~/trace has every row
+WHOLE_COLUMNS = ('attempt', 'iteration', 'joints_at_limits')
+
+
+def result_message(result: Result, node_name: str) -> DiagnosticArray:
+    """Return the one status of a target, under the stamp of the target."""
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.ERROR if result.status == INTERNAL_ERROR else LEVELS[result.outcome],
+        name=f'{node_name}: {result.outcome}',
+        message=result.reason,
+        hardware_id=result.arm.name if result.arm else '',
+        values=key_values(_result_values(result)),
+    )
+    header = Header(stamp=result.target.stamp, frame_id=shorten(result.target.frame_id))
+    return DiagnosticArray(header=header, status=[status])
+
+
+def _result_values(result: Result) -> dict[str, Any]:
+    """Figures of a result: the solver's where it was asked, and what every target has."""
+    return {
+        'outcome': result.outcome,
+        'method': result.method,
+        'status': result.status,
+        **_figures(result),
+        **_command_figures(result),
+        'notes': '; '.join(result.notes),
+        'target_frame': shorten(result.target.frame_id),
+        'target_stamp': stamp_text(result.target.stamp),
+    }
+
+
+def _figures(result: Result) -> dict[str, Any]:
+    solution = result.solution
+    if solution is None:
+        return {}
+    names = result.arm.joint_names
+    return {
+        'position_error': solution.position_error,
+        'orientation_error': solution.orientation_error,
+        'iterations': solution.iterations,
+        'attempts': solution.attempts,
+        'solve_time': solution.solve_time,
+        'joint_distance': solution.joint_distance,
+        'sigma_min': solution.sigma_min,
+        'joints_at_limits': ' '.join(names[i] for i in solution.joints_at_limits),
+    }
+
+
+def _command_figures(result: Result) -> dict[str, Any]:
+    """Return what was published, and what kept it from being the solution itself."""
+    command = result.command
+    if command is None:
+        return {'published': NOTHING}
+    figures: dict[str, Any] = {'published': command.published}
+    if command.errors is not None:
+        figures |= dict(zip(('published_position_error', 'published_orientation_error'), command.errors))
+    if command.fraction is not None:
+        figures |= {'velocity_limited': command.fraction, 'step_time': command.step_time}
+    return figures
+
+
+def iterations_message(result: Result, node_name: str) -> DiagnosticArray:
+    """Return one status for every row of the trace, up to MAX_ITERATION_STATUSES."""
+    rows = result.solution.trace.rows[:MAX_ITERATION_STATUSES].tolist()
+    return DiagnosticArray(
+        header=base_header(result),
+        status=[_iteration_status(dict(zip(TRACE_COLUMNS, row)), result, node_name) for row in rows],
+    )
+
+
+def _iteration_status(row: dict[str, Any], result: Result, node_name: str) -> DiagnosticStatus:
+    row |= {name: int(row[name]) for name in WHOLE_COLUMNS}
+    return DiagnosticStatus(
+        level=DiagnosticStatus.OK,
+        name=f'{node_name}: attempt {row["attempt"]} iteration {row["iteration"]}',
+        message=f'{row["position_error"]:.3g} m, {row["orientation_error"]:.3g} rad',
+        hardware_id=result.arm.name,
+        values=key_values(row),
+    )
+
+
+def key_values(figures: Mapping[str, Any]) -> list[KeyValue]:
+    """Write figures as text; floats with as many digits as it takes to read the same number back."""
+    return [KeyValue(key=key, value=str(value)) for key, value in figures.items()]

@@ -1,0 +1,68 @@
+"""A node from start to end: init, spin, stop, and exit codes."""
+
+from __future__ import annotations
+
+import gc
+import sys
+import traceback
+from collections.abc import Callable
+
+import rclpy
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from ros_ik_pkg.ik import IkError, OptionError
+from ros_ik_pkg.ros.interface.topics import NODE_NAME
+from ros_ik_pkg.ros.runtime.stop_flag import StopFlag
+
+CANNOT_START, BAD_VALUE = 1, 2  # exit codes
+SPIN_PERIOD = 0.1  # s, how often a pending signal is looked for
+SWITCH_INTERVAL = 0.0005  # s that another thread may go on while a target waits for the interpreter
+LOG_PERIOD = 1.0  # s between tracebacks in the log
+
+
+def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -> int:
+    """Make the node, spin it until the flag is set, and return the exit code."""
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # whatever is wrong with the command line or the parameters file
+        return _give_up(error, CANNOT_START)
+    try:
+        node = make_node()
+        flag.spinning = True
+        sys.setswitchinterval(SWITCH_INTERVAL)
+        gc.freeze()  # what is here now stays: the collector need not look at it again between two targets
+        spin(make_executor(), node, lambda: flag.stopped)
+        node.destroy_node()
+    except IkError as error:
+        return _give_up(error, BAD_VALUE if isinstance(error, OptionError) else CANNOT_START)
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+
+def _give_up(error: Exception, code: int) -> int:
+    print(f'{NODE_NAME}: cannot start: {error}', file=sys.stderr, flush=True)
+    return code
+
+
+def spin(executor: Executor, node: Node, stopped: Callable[[], bool]) -> None:
+    """Handle the events of a node until it is stopped; an error in one callback is logged and ends nothing."""
+    executor.add_node(node)
+    while not stopped() and node.context.ok():
+        try:
+            executor.spin_once(timeout_sec=SPIN_PERIOD)  # without a timeout it would not see that it is stopped
+        except Exception:
+            if node.context.ok():  # a signal while the program starts shuts down what other threads spin already
+                node.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
+    executor.remove_node(node)
+
+
+def make_executor() -> Executor:
+    """Return the executor with the shortest delay that this rclpy has; both handle one callback at a time."""
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()

@@ -1,0 +1,233 @@
+"""What README.md and docs/ say is so: commands, tables, links and examples."""
+
+from __future__ import annotations
+
+import ast
+import configparser
+import re
+import shlex
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import pytest
+import yaml
+from geometry_msgs.msg import PoseStamped
+
+from ros_ik_pkg.ik import METHODS, OPTIONS, SolveOptions, Status, load_arm, solve
+from ros_ik_pkg.ros.input.pose import target_pose
+from ros_ik_pkg.ros.input.target import Target
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS
+from ros_ik_pkg.ros.interface.topics import NODE_NAME, TOPICS
+from ros_ik_pkg.tools import send_target
+
+pytestmark = pytest.mark.once
+
+ROOT = Path(__file__).resolve().parents[2]
+CALM = SolveOptions(deadline=0.0)  # a busy machine may leave no time for a solve
+README = (ROOT / 'README.md').read_text()
+DOCUMENTS = [ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md'))]
+FENCE = re.compile(r'^```(\w+)\n(.*?)^```', re.M | re.S)
+
+
+def blocks(language: str) -> list[str]:
+    """Return the fenced blocks of the README in one language."""
+    return [text for name, text in FENCE.findall(README) if name == language]
+
+
+def commands(document: str) -> list[list[str]]:
+    """Return every line of an indented or fenced block, and every inline code, that calls a script of ours."""
+    lines = re.findall(r'^(?: {4})?(scripts/\w.*)$', document, re.M) + re.findall(r'`(scripts/\w[^`]*)`', document)
+    return [shlex.split(line, comments=True) for line in lines]
+
+
+def ros2_commands() -> list[list[str]]:
+    """Return the lines of the README that call ros2, in words."""
+    lines = '\n'.join(blocks('bash')).splitlines()
+    return [shlex.split(line, comments=True)[1:] for line in lines if line.startswith('ros2 ')]
+
+
+def ros2(*verb: str) -> list[list[str]]:
+    """Return the arguments of the ros2 commands with a verb; there must be some."""
+    found = [words[len(verb) :] for words in ros2_commands() if tuple(words[: len(verb)]) == verb]
+    assert found, f'the README has no command ros2 {" ".join(verb)}'
+    return found
+
+
+def table(heading: str) -> list[list[str]]:
+    """Return the cells of the table below a heading of the README."""
+    section = README.split(f'## {heading}\n')[1].split('\n## ')[0]
+    rows = [line for line in section.splitlines() if line.startswith('|')][2:]
+    return [[cell.strip() for cell in row.strip('|').split('|')] for row in rows]
+
+
+def anchor(heading: str) -> str:
+    """Return the anchor that GitHub gives a heading."""
+    return re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-')
+
+
+def links() -> list[tuple[Path, str]]:
+    """Return the links and pictures of all documents that lead to files of the repository."""
+    found = ((path, link) for path in DOCUMENTS for link in re.findall(r'\]\(([^)\s]+)\)', path.read_text()))
+    return [(path, link) for path, link in found if '://' not in link]
+
+
+@pytest.mark.parametrize(('document', 'link'), links(), ids=lambda value: str(getattr(value, 'name', value)))
+def test_a_link_leads_somewhere(document, link):
+    name, _, place = link.partition('#')
+    target = (document.parent / name).resolve() if name else document
+    assert target.exists()
+    if place:
+        assert place in map(anchor, re.findall(r'^#+ (.*)$', target.read_text(), re.M))
+
+
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: path.name)
+def test_a_script_that_is_named_exists_and_takes_the_options_that_are_shown(document):
+    for script, *words in commands(document.read_text()):
+        given = {word.partition('=')[0] for word in words if re.match(r'--[a-z]', word)}
+        assert given <= options_of(script), f'{script} {words}'
+
+
+@cache
+def options_of(script: str) -> set[str]:
+    """Return the options that the help of a script shows, and --help itself."""
+    shown = subprocess.check_output([ROOT / script, '--help'], text=True)
+    return set(re.findall(r'--[a-z-]+', shown)) | {'--help'}
+
+
+def test_every_script_is_in_the_readme():
+    scripts = {path.name for path in (ROOT / 'scripts').iterdir() if not path.name.startswith('_')}
+    assert {f'scripts/{name}' for name in scripts} <= {words[0] for words in commands(README)}
+
+
+def test_parameters_that_are_set_by_script_exist_and_are_allowed_but_for_the_nonsense():
+    settings = [words[1:] for words in commands(README) if words[0] == 'scripts/set_param' and len(words) > 1]
+    assert ['method', 'nonsense'] in settings
+    for name, value in settings:
+        if value != 'nonsense':
+            PARAMETERS[name].check(yaml.safe_load(value))
+
+
+def test_the_table_of_topics_is_that_of_the_interface():
+    kinds = {topic: topic.type.__module__.split('.')[0] for topic in TOPICS}
+    expected = [
+        [f'`{topic.name}`', f'{kinds[topic]}/{topic.type.__name__}', topic.direction, topic.text] for topic in TOPICS
+    ]
+    assert table('Topics') == expected
+
+
+def test_the_parameters_in_the_table_have_the_default_and_the_text_of_their_declaration():
+    reference = (ROOT / 'docs' / 'parameters.md').read_text()
+    for name, default, text in table('Parameters'):
+        row = rf'^\| {re.escape(name)} \| {re.escape(default)} \| .* \| {re.escape(text)} \|$'
+        assert re.search(row, reference, re.M)
+
+
+def test_the_robots_that_are_named_are_those_that_come_along():
+    sentence = README.split('Robots that come along: ')[1].split('.')[0]
+    assert set(re.findall(r'`(\w+)`', sentence)) == {path.stem for path in (ROOT / 'config/robots').iterdir()}
+
+
+def test_the_table_of_methods_has_each_of_them_in_order():
+    assert [row[0].strip('`') for row in table('The methods')] == list(METHODS)
+
+
+def test_the_reasons_for_a_failure_are_those_of_status():
+    sentence = README.split('The reasons are ')[1].split('.')[0]
+    assert re.findall(r'`(\w+)`', sentence) == [status.label for status in Status if status is not Status.CONVERGED]
+    explained = re.findall(r'`(\w+)`', '\n'.join(re.findall(r'^\| (`.*?) \|', section('Why a descent stops'), re.M)))
+    assert set(explained) == {status.label for status in Status}
+
+
+def section(heading: str) -> str:
+    """Return a section of the derivation."""
+    return (ROOT / 'docs' / 'derivation.md').read_text().split(f'## {heading}\n')[1].split('\n## ')[0]
+
+
+def test_the_target_that_ros2_publishes_is_solved_by_the_default_robot_from_home():
+    ((flag, topic, kind, text),) = ros2('topic', 'pub')
+    assert (flag, topic, kind) == ('--once', '/target_pose', 'geometry_msgs/msg/PoseStamped')
+    given, message = yaml.safe_load(text), PoseStamped()
+    for part in ('position', 'orientation'):
+        for axis, value in given['pose'][part].items():
+            setattr(getattr(message.pose, part), axis, value)
+    pose, notes = target_pose(Target.of(message))
+    arm = load_arm(PARAMETERS['robot'].default)
+    assert given['header']['frame_id'] == arm.base_frame
+    assert solve(arm, pose, options=CALM).converged
+    assert notes == ()
+
+
+def test_the_target_that_is_sent_by_script_is_solved_and_the_far_one_is_not():
+    arm = load_arm(PARAMETERS['robot'].default)
+    sent = [words[1:] for words in commands(README) if words[0] == 'scripts/send_target']
+    poses = [send_target.given_pose(send_target.arguments().parse_args(words)) for words in sent]
+    statuses = [solve(arm, pose, options=CALM).status for pose in poses]
+    assert statuses == [Status.CONVERGED, Status.UNREACHABLE]
+
+
+def test_parameters_that_ros2_sets_exist_and_are_allowed():
+    for node, name, value in ros2('param', 'set'):
+        assert node == f'/{NODE_NAME}'
+        PARAMETERS[name].check(yaml.safe_load(value))
+    for node, name in ros2('param', 'describe'):
+        assert node == f'/{NODE_NAME}'
+        assert name in PARAMETERS
+
+
+def test_topics_that_ros2_echoes_are_published():
+    published = {topic.name.replace('~', f'/{NODE_NAME}') for topic in TOPICS if topic.direction == 'out'}
+    assert {name for (name,) in ros2('topic', 'echo')} <= published
+
+
+def test_launch_files_exist_and_take_the_arguments_that_are_given():
+    for package, file, *words in ros2('launch'):
+        if package == 'ros_ik_pkg':
+            names = {word.split(':=')[0] for word in words}
+            assert names <= launch_arguments(ROOT / 'launch' / file)
+
+
+def launch_arguments(path: Path) -> set[str]:
+    """Return the keys of ARGUMENTS in a launch file; there is no launch where there is no full ROS."""
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.Assign) and node.targets[0].id == 'ARGUMENTS':
+            return {ast.literal_eval(key) for key in node.value.keys}
+    raise AssertionError(f'{path} has no ARGUMENTS')
+
+
+def test_what_pip_installs_is_what_the_package_requires():
+    config = configparser.ConfigParser()
+    config.read(ROOT / 'setup.cfg')
+    required = {*config['options']['install_requires'].split(), 'numpy<2'}
+    panel = {re.match(r'[\w-]+', line)[0] for line in config['options.extras_require']['panel'].split()}
+    lines = [shlex.split(line, comments=True) for line in '\n'.join(blocks('bash')).splitlines()]
+    package, extra = [set(words[2:]) for words in lines if words[:2] == ['pip', 'install']]
+    assert package <= required
+    assert {'numba', 'pin'} <= {re.match(r'\w+', word)[0] for word in package}
+    assert extra == panel
+
+
+def test_files_in_shell_commands_are_there():
+    files = re.findall(r'src/ros_ik_pkg/(\S+)', '\n'.join(blocks('bash')))
+    assert files
+    assert [name for name in files if not (ROOT / name).exists()] == []
+
+
+def test_examples_in_python_run_and_do_what_their_text_says(monkeypatch):
+    names: dict = {}
+    monkeypatch.setattr('ros_ik_pkg.ik.solver.DEFAULT_OPTIONS', CALM)
+    for block in blocks('python'):
+        block = block.replace('SolveOptions(', 'SolveOptions(deadline=0.0, ')
+        exec(compile(block, 'README.md', 'exec'), names)
+    assert names['solution'].converged
+    assert names['nearest'].converged
+    assert names['careful'].joint_distance <= 1.0
+    assert names['branches'].shape[1] == 6
+    assert names['failed'].status is Status.UNREACHABLE
+    assert names['failed'].status.text.startswith('out of reach: every descent ends at a distance')
+    assert names['trace'].joint_positions.shape == (len(names['trace']), 7)
+    assert names['batch'].converged.all()
+
+
+def test_options_of_python_are_those_of_the_parameters_with_an_underscore_for_the_dot():
+    assert all(option.name == option.ros_name.replace('.', '_') for option in OPTIONS)

@@ -1,0 +1,272 @@
+"""The package is one package for ROS, for colcon and for pip."""
+
+from __future__ import annotations
+
+import ast
+import configparser
+import os
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+import types
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS
+
+pytestmark = pytest.mark.once
+
+NAME = 'ros_ik_pkg'
+TWO_ARMS = 'two_arms.launch.py'
+ROOT = Path(__file__).resolve().parents[2]
+NOT_SHIPPED = ('.git', '.venv*', '.*_cache', '.hypothesis', 'build', 'install', 'log', '__pycache__')
+
+# What is imported -> the rosdep key that brings it.
+ROSDEP_KEYS = {
+    'numpy': 'python3-numpy',
+    'numba': 'python3-numba',
+    'llvmlite': 'python3-numba',  # which is made of it
+    'yaml': 'python3-yaml',
+}
+USED_IF_THERE = {'ament_index_python', 'tf2_ros', 'xacro'}
+
+
+@pytest.fixture(scope='module')
+def manifest() -> ElementTree.Element:
+    return ElementTree.parse(ROOT / 'package.xml').getroot()
+
+
+@pytest.fixture(scope='module')
+def setup_call() -> dict[str, ast.expr]:
+    """Keyword arguments of setup() in setup.py."""
+    return keywords_of('setup', ROOT / 'setup.py')
+
+
+def keywords_of(function: str, path: Path) -> dict[str, ast.expr]:
+    """Return the keyword arguments of the only call of a function in a file."""
+    calls = (node for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call))
+    (call,) = (call for call in calls if getattr(call.func, 'id', None) == function)
+    return {keyword.arg: keyword.value for keyword in call.keywords}
+
+
+def text_of(manifest: ElementTree.Element, tag: str) -> list[str]:
+    return [element.text for element in manifest.iter(tag)]
+
+
+def imported_libraries() -> set[str]:
+    """Return the top-level names that any module of the package imports, its own and Python's left out."""
+    names = set()
+    for path in (ROOT / NAME).rglob('*.py'):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.split('.')[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names.add(node.module.split('.')[0])
+    return names - set(sys.stdlib_module_names) - {NAME}
+
+
+def entry_points() -> dict[str, str]:
+    """Return what setup.py declares as console scripts: name -> module:function."""
+    found = re.findall(r"f'(\w+) = \{NAME\}\.([\w.]+:\w+)'", (ROOT / 'setup.py').read_text())
+    return dict(found)
+
+
+def test_manifest_is_of_an_ament_python_package(manifest):
+    assert manifest.get('format') == '3'
+    assert text_of(manifest, 'name') == [NAME]
+    assert text_of(manifest, 'build_type') == ['ament_python']
+    assert text_of(manifest, 'license') == ['Apache-2.0']
+
+
+def test_manifest_has_a_maintainer_address_that_colcon_accepts(manifest):
+    address = manifest.find('maintainer').get('email')
+    assert re.fullmatch(r'[\w.+-]+@[\w-]+(\.[\w-]+)*\.[a-zA-Z]{2,}', address)
+
+
+def test_version_is_the_same_everywhere(manifest, setup_call):
+    version = ast.literal_eval(setup_call['version'])
+    assert text_of(manifest, 'version') == [version]
+    assert re.search(r'^(\d+\.\d+\.\d+) ', (ROOT / 'CHANGELOG.rst').read_text(), re.M)[1] == version
+
+
+def test_manifest_depends_on_every_library_that_is_imported(manifest):
+    libraries = imported_libraries() - USED_IF_THERE - requirements('plot') - requirements('panel')
+    assert {ROSDEP_KEYS.get(name, name) for name in libraries} <= set(text_of(manifest, 'exec_depend'))
+
+
+def test_pip_requirements_name_every_library_outside_ros():
+    assert requirements() == {'numba', 'numpy', 'pin', 'PyYAML'}
+
+
+def requirements(extra: str = '') -> set[str]:
+    """Return the names in a list of setup.cfg: of the package itself, or of one of its extras."""
+    config = configparser.ConfigParser()
+    config.read(ROOT / 'setup.cfg')
+    listed = config['options.extras_require'][extra] if extra else config['options']['install_requires']
+    return set(re.findall(r'^(\w+)', listed, re.MULTILINE))
+
+
+@pytest.mark.parametrize('name', entry_points())
+def test_console_script_leads_to_a_function(name):
+    module, function = entry_points()[name].split(':')
+    tree = ast.parse((ROOT / NAME / (module.replace('.', '/') + '.py')).read_text())
+    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def test_every_folder_with_code_is_a_package():
+    assert all((path.parent / '__init__.py').is_file() for path in (ROOT / NAME).rglob('*.py'))
+
+
+@pytest.fixture(scope='module')
+def launch_node() -> dict[str, ast.expr]:
+    """Keyword arguments of the Node in the launch file."""
+    return keywords_of('Node', ROOT / 'launch' / 'ik.launch.py')
+
+
+def launch_arguments(file: str = 'ik.launch.py') -> dict[str, tuple[str, str]]:
+    tree = ast.parse((ROOT / 'launch' / file).read_text())
+    assignments = (node for node in tree.body if isinstance(node, ast.Assign))
+    return next(ast.literal_eval(node.value) for node in assignments if node.targets[0].id == 'ARGUMENTS')
+
+
+def test_launch_file_starts_the_node_of_this_package(launch_node):
+    assert ast.literal_eval(launch_node['package']) == NAME
+    assert ast.literal_eval(launch_node['executable']) in entry_points()
+    assert ast.literal_eval(launch_node['name']) == topics.NODE_NAME
+
+
+def test_launch_file_remaps_topics_that_the_node_has():
+    arguments = launch_arguments()
+    assert {'robot', 'method', 'params_file', 'namespace'} < set(arguments)
+    for topic in (topics.TARGET_POSE, topics.JOINT_STATES, topics.ROBOT_DESCRIPTION):
+        assert arguments[topic.name][0] == topic.name
+
+
+class Stand:
+    """Stands for the classes of launch, which ROS from wheels does not have: keeps what it is made with."""
+
+    def __init__(self, *arguments, **named) -> None:
+        self.arguments, self.named = arguments, named
+
+    def perform(self, given):
+        return given[self.arguments[0]]
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """A function that gives the Node of the launch file, started with some arguments."""
+    for module in ('launch', 'launch.actions', 'launch.substitutions', 'launch_ros', 'launch_ros.actions',
+                   'launch_ros.parameter_descriptions'):  # fmt: skip
+        stand_in = types.ModuleType(module)
+        for name in ('LaunchDescription', 'DeclareLaunchArgument', 'OpaqueFunction', 'LaunchConfiguration', 'Node',
+                     'ParameterValue'):  # fmt: skip
+            setattr(stand_in, name, Stand)
+        monkeypatch.setitem(sys.modules, module, stand_in)
+    space = runpy.run_path(str(ROOT / 'launch' / 'ik.launch.py'))
+    defaults = {name: default for name, (default, _) in space['ARGUMENTS'].items()}
+    return lambda **given: space['start_node'](defaults | given)[0].named
+
+
+def values_of(parameters) -> dict[str, str]:
+    return {name: value.arguments[0] for name, value in parameters.items()}
+
+
+@pytest.mark.parametrize(
+    ('given', 'values'),
+    [
+        ({'robot': 'ur5'}, {'robot': 'ur5'}),
+        ({'base_frame': 'a', 'tip_frame': 'b'}, {'base_frame': 'a', 'tip_frame': 'b'}),
+        ({'robot_from_topic': 'true'}, {'robot': '', 'robot_description': ''}),
+        ({'robot_from_topic': 'True', 'tip_frame': 'b'}, {'robot': '', 'robot_description': '', 'tip_frame': 'b'}),
+    ],
+)
+def test_launch_file_sets_what_is_given_and_can_take_the_robot_of_the_topic(started, given, values):
+    *_, chosen = started(**given)['parameters']
+    assert values_of(chosen) == values and set(values) <= set(PARAMETERS)
+    assert all(value.named == {'value_type': str} for value in chosen.values())
+
+
+def test_launch_file_leaves_alone_what_is_not_given_and_remaps_what_is(started):
+    assert started()['parameters'] == []
+    assert started(params_file='some.yaml')['parameters'] == ['some.yaml']
+    assert ('robot_description', '/robot_description') in started(robot_description='/robot_description')['remappings']
+
+
+def test_launch_file_of_two_arms_starts_nodes_in_namespaces_that_share_topics():
+    node, text = keywords_of('Node', ROOT / 'launch' / TWO_ARMS), (ROOT / 'launch' / TWO_ARMS).read_text()
+    assert [ast.literal_eval(node[key]) for key in ('package', 'executable', 'name')] == [NAME, *['ik_node'] * 2]
+    assert node['namespace'].id == 'side' and "for side in ('left', 'right')" in text
+    arguments = launch_arguments(TWO_ARMS)
+    for topic in (topics.JOINT_STATES, topics.ROBOT_DESCRIPTION):
+        assert arguments[topic.name][0] == f'/{topic.name}'
+    assert "for topic in ('joint_states', 'robot_description')" in ast.unparse(node['remappings'])
+    assert {f'{side}_{frame}' for side in ('left', 'right') for frame in ('base', 'tip')} < set(arguments)
+    set_by_side = re.findall(r"^        '(\w+)': given\[", text, re.MULTILINE)
+    assert set_by_side == ['robot', 'base_frame', 'tip_frame', 'method']
+    assert set(set_by_side) <= set(PARAMETERS)
+
+
+@pytest.fixture(scope='module')
+def workspace(tmp_path_factory) -> Path:
+    """A colcon workspace with a copy of this package, built."""
+    path = tmp_path_factory.mktemp('workspace')
+    shutil.copytree(ROOT, path / 'src' / NAME, ignore=shutil.ignore_patterns(*NOT_SHIPPED))
+    assert '(ros.ament_python)' in colcon(path, 'list')
+    output = colcon(path, 'build')
+    assert 'warning' not in output.lower(), output
+    return path
+
+
+def colcon(workspace: Path, *arguments: str) -> str:
+    command = [str(Path(sys.executable).with_name('colcon')), '--log-base', 'log', *arguments]
+    environment = {**os.environ, 'PATH': f'{Path(sys.executable).parent}:{os.environ["PATH"]}'}
+    environment.pop('PYTHONDONTWRITEBYTECODE', None)
+    done = subprocess.run(command, cwd=workspace, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+def in_workspace(workspace: Path, command: str) -> str:
+    """Run a command in a shell that has sourced the workspace, away from this repository."""
+    environment = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
+    sourced = ['bash', '-c', f'. install/setup.bash && {command}']
+    return subprocess.check_output(sourced, cwd=workspace, env=environment, text=True)
+
+
+@pytest.mark.workspace
+def test_colcon_installs_what_ros2_run_looks_for(workspace):
+    executables = workspace / 'install' / NAME / 'lib' / NAME
+    assert {path.name for path in executables.iterdir()} == set(entry_points())
+    assert 'VALUE' in in_workspace(workspace, f'install/{NAME}/lib/{NAME}/set_param --help')
+
+
+@pytest.mark.workspace
+def test_the_built_package_loads_a_robot_from_its_own_share(workspace):
+    code = f'from {NAME}.share import share_path; from {NAME}.ik import load_arm; '
+    code += 'print(share_path(), load_arm("panda").n)'
+    share, joints = in_workspace(workspace, f"{sys.executable} -c '{code}'").split()
+    assert Path(share) == workspace / 'install' / NAME / 'share' / NAME
+    assert joints == '7'
+
+
+@pytest.mark.workspace
+def test_colcon_test_runs_pytest(workspace):
+    colcon(workspace, 'test', '--pytest-args', '-k', 'import_rule or manifest')
+    assert '0 errors, 0 failures' in colcon(workspace, 'test-result', '--all')
+
+
+@pytest.mark.workspace
+def test_pip_installs_the_robots_beside_the_code(tmp_path):
+    source = tmp_path / 'source'
+    shutil.copytree(ROOT, source, ignore=shutil.ignore_patterns(*NOT_SHIPPED))
+    pip = [sys.executable, '-m', 'pip', 'install', '--quiet', '--no-deps', '--no-build-isolation']
+    subprocess.run([*pip, '--target', str(tmp_path / 'site'), str(source)], check=True)
+    code = f'import {NAME}; from {NAME}.ik import load_arm; print({NAME}.__file__, load_arm("ur5").n)'
+    environment = {**os.environ, 'PYTHONPATH': str(tmp_path / 'site')}
+    shown = subprocess.check_output([sys.executable, '-c', code], cwd=tmp_path, env=environment, text=True)
+    assert shown.split() == [str(tmp_path / 'site' / NAME / '__init__.py'), '6']
