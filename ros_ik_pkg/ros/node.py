@@ -13,9 +13,10 @@ from std_msgs.msg import String
 
 from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
 from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
-from ros_ik_pkg.ik.text import shorten
+from ros_ik_pkg.ik.text import list_names, shorten
 from ros_ik_pkg.ros.handling.result import REFUSED, SOLVED, Result
 from ros_ik_pkg.ros.handling.target_handler import AWAITING_ROBOT, TargetHandler
+from ros_ik_pkg.ros.handling.target_queue import TargetQueue
 from ros_ik_pkg.ros.input.robot_source import RobotSource, follows_topic
 from ros_ik_pkg.ros.input.target import UNREAD, Target
 from ros_ik_pkg.ros.input.target_reader import read_target
@@ -26,6 +27,7 @@ from ros_ik_pkg.ros.output.comparison import Comparison
 from ros_ik_pkg.ros.output.health import Health
 from ros_ik_pkg.ros.output.publishers import Publishers
 from ros_ik_pkg.ros.output.statuses import key_values
+from ros_ik_pkg.ros.runtime.executor_calls import ExecutorCalls
 
 # s from a solution to all that is said about it: whoever waits for the solution, often with one core left, has it first
 REPORT_DELAY = 0.0005
@@ -61,40 +63,42 @@ class IkNode(Node):
             DiagnosticArray, topics.DIAGNOSTICS.name, topics.DIAGNOSTICS.qos
         )
         self._results: list[tuple[Result, Settings, float]] = []  # and its latency [s]; not reported yet
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._report_timer = self.create_timer(REPORT_DELAY, self._report_results, clock=steady, autostart=False)
-        self.create_timer(HEALTH_PERIOD, self._report_health, clock=steady)
+        self._calls = ExecutorCalls(self)
+        self._targets = TargetQueue(self._calls, self._handle, self._answer, self._supersede)
+        self._period_began = time.monotonic()
+        # The only timer of this clock, and never reset: see ExecutorCalls.
+        self.create_timer(HEALTH_PERIOD, self._report_health, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._subscribe(topics.ROBOT_DESCRIPTION, self._on_robot_description)
         self._subscribe(topics.JOINT_STATES, self._handler.joint_states.keep)
-        self._subscribe(topics.TARGET_POSE, self._on_target, raw=True)
+        self._subscribe(topics.TARGET_POSE, self._targets.put, raw=True)
         self.get_logger().info(f'ready: {self._described()}')
 
     def _subscribe(self, topic: topics.Topic, callback, raw: bool = False) -> None:
         self.create_subscription(topic.type, topic.name, callback, topic.qos, raw=raw)
 
-    def _on_target(self, data: bytes) -> None:
-        """Answer one target, the bytes of a PoseStamped: the solution leaves now, everything about it soon after."""
-        started = time.perf_counter()
-        if self._results and self._report_timer.is_ready():  # where targets queue up, it does not get its turn
-            self._report_results()
-        result = self._handle(data)
+    def _handle(self, data: bytes, waited: float) -> Result | None:
+        """Return the result of a target, the bytes of a PoseStamped: an unforeseen error must not end the node."""
+        target = UNREAD
+        try:
+            target = read_target(data)
+            return self._handler.handle(target, self._outputs.want_trace(), waited)
+        except Exception as error:
+            return self._internal_error(target, error)
+
+    def _supersede(self, data: bytes) -> Result:
+        return self._handler.superseded(read_target(data))
+
+    def _answer(self, result: Result, arrived: float) -> bool:
+        """Publish the command now, and all about it soon after; return whether there is a command."""
         settings = self._handler.settings
         try:
             self._outputs.publish_command(result, settings.trajectory_time)
         except Exception as error:  # the target gets its result all the same
             result = self._internal_error(result.target, error)
-        self._results.append((result, settings, time.perf_counter() - started))
+        self._results.append((result, settings, time.perf_counter() - arrived))
         if len(self._results) == 1:
-            self._report_timer.reset()
-
-    def _handle(self, data: bytes) -> Result:
-        """Answer a target whatever happens: an error that nobody foresaw must not end the node."""
-        target = UNREAD
-        try:
-            target = read_target(data)
-            return self._handler.handle(target, self._outputs.want_trace())
-        except Exception as error:
-            return self._internal_error(target, error)
+            self._calls.later(REPORT_DELAY, self._report_results)
+        return result.command is not None
 
     def _internal_error(self, target: Target, error: Exception) -> Result:
         self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
@@ -102,7 +106,6 @@ class IkNode(Node):
 
     def _report_results(self) -> None:
         """Say what there is to say about the answers since the last time."""
-        self._report_timer.cancel()
         answered, self._results = self._results, []
         for result, settings, latency in answered:
             try:
@@ -153,6 +156,8 @@ class IkNode(Node):
 
     def destroy_node(self) -> None:
         """Say what is left to say, end the threads, then the node."""
+        self._targets.close()
+        self._calls.close()
         self._report_results()
         self._outputs.reports.close()
         self._comparison.worker.close()
@@ -165,8 +170,13 @@ class IkNode(Node):
         waiting = '' if arm else AWAITING_ROBOT
         if waiting:
             self.get_logger().info(waiting, throttle_duration_sec=WAITING_LOG_PERIOD)
+        began, self._period_began = self._period_began, time.monotonic()
         status = self._health.report(
-            self._handler.settings.health_limits, HEALTH_PERIOD, waiting, self._handler.joint_states_age()
+            self._handler.settings.health_limits,
+            self._period_began - began,
+            waiting,
+            self._handler.joint_states_age(),
+            self._doubts(),
         )
         status.name = f'{self.get_fully_qualified_name()}: health'
         status.hardware_id = arm.name if arm else ''
@@ -174,6 +184,18 @@ class IkNode(Node):
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
+
+    def _doubts(self) -> tuple[int, str]:
+        """Return for how many targets joint states were not believed, and why; log the reason."""
+        count, reason = self._handler.joint_state_check.take_doubts()
+        if not count:
+            return 0, ''
+        topic = self.resolve_topic_name(topics.JOINT_STATES.name)
+        publishers = sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+                             for info in self.get_publishers_info_by_topic(topic)})  # fmt: skip
+        text = f'{reason}; steps continue from the last command; {topic} is published by {list_names(publishers)}'
+        self.get_logger().warning(text)
+        return count, text
 
     def _described(self) -> str:
         """Describe the arm and what is done with it, in one line."""

@@ -32,6 +32,7 @@ class JointStates:
 
     def __init__(self) -> None:
         self._newest: dict[tuple, Kept] = {}
+        self._noted: set[tuple[str, ...]] = set()  # names of messages that were odd
 
     def keep(self, message: JointState) -> None:
         """Take a message; all else is left for when a target comes."""
@@ -64,6 +65,29 @@ class JointStates:
             found |= _positions(names, message, [name for name in joint_names if name not in found])
         return found
 
+    def moments(self, joint_names: Sequence[str]) -> np.ndarray:
+        """Return when the known positions of these joints arrived [s, monotonic] and their stamps [s] (n, 2)."""
+        found: dict[str, tuple[float, float]] = {}
+        for names, message, arrival in reversed(self._newest.values()):
+            if message.position:
+                stamp = message.header.stamp
+                moment = arrival, stamp.sec + 1e-9 * stamp.nanosec
+                found = dict.fromkeys(names, moment) | found
+        return np.array([found[name] for name in joint_names])
+
+    def take_notes(self) -> tuple[str, ...]:
+        """Return what is odd about the messages but not wrong for us, once for each set of names."""
+        notes = []
+        for names, message, _ in self._newest.values():
+            lengths = len(message.velocity), len(message.effort)
+            if not {0, len(names)}.issuperset(lengths) and names not in self._noted:
+                self._noted.add(names)
+                notes.append(
+                    f'joint_states has {len(names)} names, {lengths[0]} velocities and {lengths[1]} efforts; '
+                    'the positions were taken'
+                )
+        return tuple(notes)
+
     def age(self, joint_names: Sequence[str]) -> float:
         """Return since when a joint has had no new position [s], infinite where one never had; the oldest of all."""
         missing = set(joint_names)
@@ -92,12 +116,8 @@ def _positions(names: Sequence[str], message: JointState, wanted: Sequence[str])
     if names and not spoken_for:
         return {}
     positions = message.position
-    lengths = len(positions), len(message.velocity), len(message.effort)
-    if not {0, len(names)}.issuperset(lengths):
-        raise _refused(
-            f'{len(names)} names, {lengths[0]} positions, {lengths[1]} velocities and {lengths[2]} efforts; '
-            'expected as many of each as names, or none'
-        )
+    if len(positions) not in (0, len(names)):
+        raise _refused(f'{len(names)} names and {len(positions)} positions; expected as many positions as names, or none')
     if len(places) < len(names) and (twice := [name for name in spoken_for if names.count(name) > 1]):
         raise _refused(f'{", ".join(twice)} more than once')
     found = {name: positions[places[name]] for name in spoken_for} if positions else {}
