@@ -67,7 +67,10 @@ def test_a_number_may_be_anything_in_its_range_and_nothing_outside(spec):
         assert_refused(spec, value)
 
 
-@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf, 'nan', '1 m', None, True, [1.0], np.ones(1), 1j], ids=repr)
+NO_NUMBERS = (math.nan, math.inf, -math.inf, 'nan', '1 m', None, True, [1.0], np.ones(1), 1j)
+
+
+@pytest.mark.parametrize('value', NO_NUMBERS, ids=repr)
 @pytest.mark.parametrize('spec', NUMBERS, ids=name_of)
 def test_a_number_must_be_a_finite_number(spec, value):
     assert_refused(spec, value)
@@ -177,7 +180,9 @@ def test_a_refused_array_is_shown_as_a_list():
         SolveOptions(task_weights=array('q', [1, 1, 1]))
 
 
-@pytest.mark.parametrize('text', ['soon', '1_0', '[1, 2', '1, 1, 1, 1, 1, 1', '[1, one, 1, 1, 1, 1]', '[[1], 1, 1, 1, 1, 1]'])
+@pytest.mark.parametrize(
+    'text', ['soon', '1_0', '[1, 2', '1, 1, 1, 1, 1, 1', '[1, one, 1, 1, 1, 1]', '[[1], 1, 1, 1, 1, 1]']
+)
 def test_other_text_is_no_number_and_no_list(text):
     for spec in (option for option in OPTIONS if option.name in ('deadline', 'task_weights')):
         assert_refused(spec, text)

@@ -28,16 +28,15 @@ class JointStateCheck:
     passes without a contradiction.
     """
 
-    def __init__(self, joint_states: JointStates) -> None:
-        self.joint_states = joint_states
+    def __init__(self) -> None:
         self._arm: Arm | None = None
         self._last: tuple[np.ndarray, np.ndarray] | None = None  # positions (n,) and their moments (n, 2)
         self._doubted_until = -math.inf  # s, monotonic
         self._reason, self._count = '', 0
 
-    def believed(self, arm: Arm) -> np.ndarray:
+    def believed(self, joint_states: JointStates, arm: Arm) -> np.ndarray:
         """Return the joint state (n,) [rad, m]; raise RefusedError if it is not known, DoubtedError if in doubt."""
-        q, moments = self.joint_states.seed(arm.joint_names), self.joint_states.moments(arm.joint_names)
+        q, moments = joint_states.seed(arm.joint_names), joint_states.moments(arm.joint_names)
         if arm is not self._arm:
             self._arm, self._last = arm, None
         if self._last is not None:

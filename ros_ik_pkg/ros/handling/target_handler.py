@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from rclpy.clock import ROSClock
@@ -23,16 +24,18 @@ from ros_ik_pkg.ros.interface.parameters import Settings
 
 IDENTITY = np.eye(4)
 CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
-AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and no URDF came on the topic robot_description'
 
 
 class TargetHandler:
-    """Answers targets with the arm, the settings and the joint states of the moment."""
+    """Answers targets with the arm, the settings and the joint states of the moment.
 
-    def __init__(self, clock: ROSClock, frames: TfFrames) -> None:
+    awaited: says why there is no robot, if there is none.
+    """
+
+    def __init__(self, clock: ROSClock, frames: TfFrames, awaited: Callable[[], str]) -> None:
         self.joint_states = JointStates()
-        self.joint_state_check = JointStateCheck(self.joint_states)
-        self._frames = frames
+        self.joint_state_check = JointStateCheck()
+        self._frames, self._awaited = frames, awaited
         self.arm: Arm | None = None
         self.parameters: Settings | None = None
         self.settings: Settings | None = None  # the parameters, and the posture that is held
@@ -83,7 +86,7 @@ class TargetHandler:
     def _solve(self, target: Target, trace: bool, waited: float) -> Result | None:
         arm = self.arm
         if arm is None:
-            raise RefusedError('no_robot', AWAITING_ROBOT)
+            raise RefusedError('no_robot', self._awaited())
         self._refuse_stale(target)
         frame_from_target, notes = target_pose(target)
         base_from_frame, frame_notes = self._base_from_frame(target, arm, waited)
@@ -181,7 +184,7 @@ class TargetHandler:
         """Return the joint state (n,); where steps are limited, only one that can be believed."""
         if self.settings.velocity_limiting == 'none':
             return self.joint_states.seed(arm.joint_names)
-        return self.joint_state_check.believed(arm)
+        return self.joint_state_check.believed(self.joint_states, arm)
 
 
 def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:

@@ -6,8 +6,10 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
+from rclpy.node import Node
+
 from ros_ik_pkg.ros.handling.result import Result
-from ros_ik_pkg.ros.runtime.executor_calls import ExecutorCalls
+from ros_ik_pkg.ros.runtime.timers import OneShot
 
 TRANSFORM_PERIOD = 0.01  # s between two looks for a transform
 
@@ -37,27 +39,40 @@ class TargetQueue:
 
     def __init__(
         self,
-        calls: ExecutorCalls,
+        node: Node,
         handle: Callable[[bytes, float], Result | None],
         answer: Callable[[Result, float], bool],
         supersede: Callable[[bytes], Result],
     ) -> None:
-        self._calls, self._handle, self._answer, self._supersede = calls, handle, answer, supersede
+        self._node, self._handle, self._answer, self._supersede = node, handle, answer, supersede
         self._newest: Arrival | None = None
         self._waiting: Arrival | None = None  # for its transform
         self._next: Arrival | None = None  # to wait for its transform
-        self._looking = False  # whether the next look for a transform is due
+        self._look = OneShot(node, TRANSFORM_PERIOD, self._look_again)
         self._free = True  # whether all else has had its turn since the last target
+        self._queued = False  # whether the turn of the newest is queued behind all else
+        self._ended = 0.0  # s, perf_counter: when the last target was handled
 
     def put(self, data: bytes) -> None:
-        """Handle a target, the bytes of a message; or keep it for its turn in place of those that wait for theirs."""
+        """Handle a target, the bytes of a message; or keep it for its turn in place of one that waits for that."""
         self._newest = Arrival(data, time.perf_counter())
         if self._free:
             self._handle_newest()
+        elif not self._queued:
+            self._queued = True
+            self._node.executor.create_task(self._take_turn)
+
+    def all_had_their_turn(self, since: float) -> None:
+        """Note that all that arrived before a time [s, perf_counter] has had its turn."""
+        self._free |= since > self._ended
 
     def close(self) -> None:
         """Refuse the target that waits for its transform."""
         self._drop_waiting()
+
+    def _take_turn(self) -> None:
+        self._queued = False
+        self._handle_newest()
 
     def _handle_newest(self) -> None:
         newest, self._newest = self._newest, None
@@ -67,11 +82,7 @@ class TargetQueue:
         try:
             self._take(newest)
         finally:
-            self._calls.soon(self._go_on)  # behind all that has arrived
-
-    def _go_on(self) -> None:
-        self._free = True
-        self._handle_newest()
+            self._ended = time.perf_counter()
 
     def _take(self, arrival: Arrival) -> None:
         """Answer a target, or let it wait for its transform."""
@@ -81,27 +92,21 @@ class TargetQueue:
                 self._drop_waiting()  # all are older: the arm must not go back to one of them
         elif self._waiting is None:
             self._waiting = arrival
-            self._look_later()
+            self._look.start()
         else:
             self._next = arrival
 
     def _try(self, arrival: Arrival) -> Result | None:
         return self._handle(arrival.data, time.perf_counter() - arrival.time)
 
-    def _look_later(self) -> None:
-        if not self._looking:
-            self._looking = True
-            self._calls.later(TRANSFORM_PERIOD, self._look_again)
-
     def _look_again(self) -> None:
         """Try the target that waits for its transform once more; after its result the next one waits."""
-        self._looking = False
         waiting = self._waiting
         if waiting is None:
             return
         result = self._try(waiting)
         if result is None:
-            self._look_later()
+            self._look.start()
             return
         self._waiting, following, self._next = None, self._next, None
         self._answer(result, waiting.time)

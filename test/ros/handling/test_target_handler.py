@@ -27,7 +27,7 @@ def settings(**values) -> Settings:
 
 def handler_with(arm=UR5, **values) -> TargetHandler:
     frames = SimpleNamespace(set_timeout=lambda timeout: None, why_not='TF is not asked here')
-    handler = TargetHandler(ROSClock(), frames)
+    handler = TargetHandler(ROSClock(), frames, lambda: 'no robot yet')
     handler.take_over(settings(**values), arm)
     return handler
 

@@ -20,7 +20,7 @@ def settings(**values) -> Settings:
 
 
 def source(topic_text: str = '') -> RobotSource:
-    robot_source = RobotSource()
+    robot_source = RobotSource('/robot_description')
     if topic_text:
         robot_source.take(topic_text)
     return robot_source
@@ -48,7 +48,7 @@ def test_frames_are_looked_up_in_the_new_robot():
 
 @pytest.mark.parametrize('text', ['puma560', '/etc/hostname', '../config/robots/ur5.yaml', ' ', 'x' * 100000])
 def test_a_description_opens_no_files(text):
-    for use in (RobotSource().take, lambda text: source().load(settings(robot_description=text))):
+    for use in (RobotSource('/robot_description').take, lambda text: source().load(settings(robot_description=text))):
         with pytest.raises(ModelError, match=r'robot_description.* expected URDF text') as refused:
             use(text)
         assert len(str(refused.value)) < 300
@@ -56,7 +56,7 @@ def test_a_description_opens_no_files(text):
 
 @pytest.mark.parametrize('text', ['', ' ', 'puma560', '<robot name="broken"><link', '<html/>'])
 def test_what_is_no_urdf_leaves_the_text_of_the_topic_as_it_was(text):
-    robot_source = RobotSource()
+    robot_source = RobotSource('/robot_description')
     robot_source.take(URDF.format('good'))
     with pytest.raises(ModelError, match=r'^topic robot_description: '):
         robot_source.take(text)
