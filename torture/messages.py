@@ -86,7 +86,7 @@ def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
     )  # fmt: skip
     @given(st.randoms())
     def answers_whatever_comes(random: Random) -> None:
-        handler = TargetHandler(ROSClock(), TfFrames(None))  # no node, because TF is not asked
+        handler = TargetHandler(ROSClock(), TfFrames(None), str)  # no node, because TF is not asked
         handler.take_over(settings_without_tf, arm)
         for _ in range(random.randint(1, SOURCES)):
             handler.joint_states.keep(any_joint_state(random, arm.joint_names))

@@ -171,6 +171,8 @@ def test_the_joints_to_a_frame_are_those_whose_positions_place_it():
 
 def test_limited_steps_from_home_start_at_the_joint_state_where_it_is_known():
     handler = handler_with(**{**STREAM, 'seed_source': 'home'})
-    for start in (START, START + 0.3):
-        handler.joint_states.keep(joint_state(UR5.joint_names, start))
+    for second, start in enumerate((START, START + 0.3), 1):
+        state = joint_state(UR5.joint_names, start)
+        state.header.stamp.sec = second  # or the joints could not have moved so far
+        handler.joint_states.keep(state)
         assert_one_step(command(handler, UR5.forward(START + 0.1)), start)
