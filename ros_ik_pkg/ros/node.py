@@ -19,6 +19,7 @@ from ros_ik_pkg.ik.text import list_names, shorten
 from ros_ik_pkg.ros.handling.result import REFUSED, SOLVED, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.handling.target_queue import TargetQueue
+from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.robot_source import RobotSource, follows_topic
 from ros_ik_pkg.ros.input.target import UNREAD, Target
 from ros_ik_pkg.ros.input.target_reader import read_target
@@ -50,7 +51,8 @@ class IkNode(Node):
         super().__init__(topics.NODE_NAME, allow_undeclared_parameters=True)
         self._frames = TfFrames(self)
         self._robot_source = RobotSource(self.resolve_topic_name(topics.ROBOT_DESCRIPTION.name))
-        self._handler = TargetHandler(self.get_clock(), self._frames, self._robot_source.awaited)
+        joint_states = JointStates(self.resolve_topic_name(topics.JOINT_STATES.name))
+        self._handler = TargetHandler(self.get_clock(), self._frames, joint_states, self._robot_source.awaited)
         self._said = ''  # the last about a robot that is missing or ignored
         self._health = Health()
         parameters = Parameters(self, self._arm_for, self._take_over)
@@ -219,7 +221,10 @@ class IkNode(Node):
         topic = self.resolve_topic_name(topics.JOINT_STATES.name)
         publishers = sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
                              for info in self.get_publishers_info_by_topic(topic)})  # fmt: skip
-        text = f'{reason}; steps continue from the last command; {topic} is published by {list_names(publishers)}'
+        text = (
+            f'contradictory joint states on {topic}, published by {list_names(publishers)}: {reason}; '
+            'steps continue from the last command'
+        )
         self.get_logger().warning(text)
         return count, text
 

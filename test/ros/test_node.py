@@ -302,7 +302,7 @@ def test_in_a_namespace_a_robot_description_comes_by_topic_late_or_broken(runnin
         client.send_description('<robot name="broken"><link')
         # The reason stays in what is said from now on.
         client.wait_for(lambda: 'well-formed' in client.solve(pose, TIMEOUT).message, 'a refusal with the reason')
-        reason = 'no robot yet: topic /left/robot_description: not well-formed XML'
+        reason = 'no robot yet: topic /left/robot_description: line 1, column 22: not well-formed XML'
         assert client.solve(pose, TIMEOUT).message.startswith(reason)
         client.health.clear()
         client.wait_for(lambda: any(reason in status.message for status in client.health), 'health with the reason')

@@ -343,7 +343,7 @@ def test_joint_states_of_two_publishers_that_contradict_each_other_do_not_make_c
     client.health.clear()
 
     def doubted() -> bool:
-        return any('contradict each other' in status.message for status in client.health)
+        return any('contradictory' in status.message for status in client.health)
 
     def alternate() -> bool:
         for positions in (np.zeros(ARM.n), START):
@@ -360,8 +360,9 @@ def test_joint_states_of_two_publishers_that_contradict_each_other_do_not_make_c
         believed, before = believed + bool((leap > ROUNDING).any()), q
     # Before both kinds have been seen there is nothing to contradict, so the first command may be one of those.
     assert believed <= 1 and sum('continued from the last command' in note for note in notes) >= len(notes) - 2
-    (status,) = (status for status in client.health if 'contradict each other' in status.message)
-    assert 'its limit is 3.' in status.message and f'/joint_states is published by {client.node_name}' in status.message
+    (status,) = (status for status in client.health if 'contradictory' in status.message)
+    where = f'contradictory joint states on /joint_states, published by {client.node_name}: '
+    assert where in status.message and 'its limit is 3.' in status.message
     assert any(pair.key == 'joint_states_not_believed' and int(pair.value) for pair in status.values)
 
 

@@ -44,7 +44,7 @@ class JointStateCheck:
         self._last = q, moments
         if time.monotonic() < self._doubted_until:
             self._count += 1
-            raise DoubtedError('joint_states', self._reason)
+            raise DoubtedError('joint_states', f'joint states contradict each other: {self._reason}')
         return q
 
     def take_doubts(self) -> tuple[int, str]:
@@ -66,6 +66,6 @@ class JointStateCheck:
         if excess[worst] > 0.0:
             self._doubted_until = time.monotonic() + DOUBT_TIME
             self._reason = (
-                f'joint_states contradict each other: {self._arm.joint_names[worst]} moved by {moved[worst]:.3g} in '
-                f'{elapsed[worst]:.3g} s, its limit is {self._arm.velocity_limits[worst]:.3g} per second'
+                f'{self._arm.joint_names[worst]} moved by {moved[worst]:.3g} in {elapsed[worst]:.3g} s, its limit is '
+                f'{self._arm.velocity_limits[worst]:.3g} per second'
             )

@@ -32,8 +32,10 @@ class TargetHandler:
     awaited: says why there is no robot, if there is none.
     """
 
-    def __init__(self, clock: ROSClock, frames: TfFrames, awaited: Callable[[], str]) -> None:
-        self.joint_states = JointStates()
+    def __init__(
+        self, clock: ROSClock, frames: TfFrames, joint_states: JointStates, awaited: Callable[[], str]
+    ) -> None:
+        self.joint_states = joint_states
         self.joint_state_check = JointStateCheck()
         self._frames, self._awaited = frames, awaited
         self.arm: Arm | None = None

@@ -12,6 +12,7 @@ from ros_helpers import CALM, joint_state, target_of
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
+from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS, Settings
 
 UR5, PANDA = load_arm('ur5'), load_arm('panda')
@@ -27,7 +28,7 @@ def settings(**values) -> Settings:
 
 def handler_with(arm=UR5, **values) -> TargetHandler:
     frames = SimpleNamespace(set_timeout=lambda timeout: None, why_not='TF is not asked here')
-    handler = TargetHandler(ROSClock(), frames, lambda: 'no robot yet')
+    handler = TargetHandler(ROSClock(), frames, JointStates(), lambda: 'no robot yet')
     handler.take_over(settings(**values), arm)
     return handler
 
@@ -44,7 +45,7 @@ def lead_to_start(handler: TargetHandler, **values) -> None:
     handler.joint_states.keep(joint_state(UR5.joint_names, START))
     handler.take_over(settings(), handler.arm)
     np.testing.assert_array_equal(command(handler, UR5.forward(START)), START)
-    handler.joint_states = type(handler.joint_states)()
+    handler.joint_states = JointStates()
     handler.take_over(settings(**values), handler.arm)
 
 
