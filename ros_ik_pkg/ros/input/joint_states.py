@@ -122,7 +122,7 @@ def _positions(names: Sequence[str], message: JointState, wanted: Sequence[str])
         return {}
     positions = message.position
     if len(positions) not in (0, len(names)):
-        raise ValueError(f'{len(names)} names, {len(positions)} positions; expected as many positions as names, or none')
+        raise ValueError(f'{len(names)} names, {len(positions)} positions; expected as many of both, or no positions')
     if len(places) < len(names) and (twice := [name for name in spoken_for if names.count(name) > 1]):
         raise ValueError(f'{", ".join(twice)} more than once')
     found = {name: positions[places[name]] for name in spoken_for} if positions else {}
