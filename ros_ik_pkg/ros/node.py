@@ -66,7 +66,7 @@ class IkNode(Node):
         self._diagnostics = Publisher(self, topics.DIAGNOSTICS)
         self._results: list[tuple[Result, Settings, float]] = []  # and its latency [s]; not reported yet
         self._report_timer, self._report_due = OneShot(self, REPORT_DELAY, self._report_results), 0.0
-        self._targets = TargetQueue(self, self._handle, self._answer, self._supersede)
+        self._targets = TargetQueue(self, self._handle, self._answer, self._give_up)
         self._period_began = time.monotonic()
         steady_timer(self, HEALTH_PERIOD, self._report_health)
         self._subscribe(topics.ROBOT_DESCRIPTION, self._on_robot_description)
@@ -103,8 +103,8 @@ class IkNode(Node):
         except Exception as error:
             return self._internal_error(target, error)
 
-    def _supersede(self, data: bytes) -> Result:
-        return self._handler.superseded(read_target(data))
+    def _give_up(self, data: bytes, status: str, why: str) -> Result:
+        return self._handler.given_up(read_target(data), status, why)
 
     def _answer(self, result: Result, arrived: float) -> bool:
         """Publish the command now, and all about it soon after; return whether there is a command."""

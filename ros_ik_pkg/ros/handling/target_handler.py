@@ -64,10 +64,10 @@ class TargetHandler:
         except ArgumentError as error:
             return self._without_solution(target, REFUSED, 'argument', str(error))
 
-    def superseded(self, target: Target) -> Result:
-        """Return the refusal of a target that waited for its transform until a newer target was commanded."""
-        reason = f'a newer target was commanded while this one waited for the transform of {target.frame_id!r}'
-        return self._without_solution(target, REFUSED, 'superseded', reason)
+    def given_up(self, target: Target, status: str, why: str) -> Result:
+        """Return the refusal of a target that waits for its transform, which something else has ended."""
+        reason = f'{why} while this target waited for the transform of {target.frame_id!r}'
+        return self._without_solution(target, REFUSED, status, reason)
 
     def internal_error(self, target: Target, error: Exception) -> Result:
         """Return the answer to a target whose handling failed in a way that nobody foresaw."""

@@ -31,7 +31,7 @@ class TargetQueue:
     handle(data, waited): returns the result, or None if the target can still wait for its transform; `waited` is the
     time since it arrived [s].
     answer(result, arrived): publishes the result; returns whether a command went out.
-    supersede(data): returns the refusal of a target that waited while a newer one was commanded.
+    give_up(data, status, why): returns the refusal of a target that waits for its transform.
 
     A target that was handled or waits for its transform gets exactly one result. A target that a newer one replaces
     before that gets none.
@@ -42,9 +42,9 @@ class TargetQueue:
         node: Node,
         handle: Callable[[bytes, float], Result | None],
         answer: Callable[[Result, float], bool],
-        supersede: Callable[[bytes], Result],
+        give_up: Callable[[bytes, str, str], Result],
     ) -> None:
-        self._node, self._handle, self._answer, self._supersede = node, handle, answer, supersede
+        self._node, self._handle, self._answer, self._give_up = node, handle, answer, give_up
         self._newest: Arrival | None = None
         self._waiting: Arrival | None = None  # for its transform
         self._next: Arrival | None = None  # to wait for its transform
@@ -68,7 +68,7 @@ class TargetQueue:
 
     def close(self) -> None:
         """Refuse the target that waits for its transform."""
-        self._drop_waiting()
+        self._drop_waiting('shutdown', 'the node ends')
 
     def _take_turn(self) -> None:
         self._queued = False
@@ -89,7 +89,8 @@ class TargetQueue:
         result = self._try(arrival)
         if result is not None:
             if self._answer(result, arrival.time):
-                self._drop_waiting()  # all are older: the arm must not go back to one of them
+                # All are older: the arm must not go back to one of them.
+                self._drop_waiting('superseded', 'a newer target was commanded')
         elif self._waiting is None:
             self._waiting = arrival
             self._look.start()
@@ -113,7 +114,7 @@ class TargetQueue:
         if following is not None:
             self._take(following)
 
-    def _drop_waiting(self) -> None:
+    def _drop_waiting(self, status: str, why: str) -> None:
         waiting, self._waiting, self._next = self._waiting, None, None
         if waiting is not None:
-            self._answer(self._supersede(waiting.data), waiting.time)
+            self._answer(self._give_up(waiting.data, status, why), waiting.time)
