@@ -28,6 +28,7 @@ from ros_ik_pkg.ik import Arm, load_arm
 from ros_ik_pkg.ros.handling.final_check import fault_of
 from ros_ik_pkg.ros.handling.result import SOLVED, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
+from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.target_reader import read_target
 from ros_ik_pkg.ros.input.tf_frames import TfFrames
 from ros_ik_pkg.ros.interface import topics
@@ -86,7 +87,7 @@ def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
     )  # fmt: skip
     @given(st.randoms())
     def answers_whatever_comes(random: Random) -> None:
-        handler = TargetHandler(ROSClock(), TfFrames(None))  # no node, because TF is not asked
+        handler = TargetHandler(ROSClock(), TfFrames(None), JointStates(), str)  # no node, because TF is not asked
         handler.take_over(settings_without_tf, arm)
         for _ in range(random.randint(1, SOURCES)):
             handler.joint_states.keep(any_joint_state(random, arm.joint_names))

@@ -211,7 +211,8 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     kept = 'once, kept for later starts' if CACHE_FOLDER else 'at every start, for nothing can be written to keep it'
     notice = threading.Timer(5.0, report, [f'compiling the solver for this machine, about a minute: {kept}'])
     notice.daemon = True
-    notice.start()
+    if CACHE_FOLDER is None or not any(CACHE_FOLDER.rglob('*.nbc')):  # a cached start can be slow too
+        notice.start()
     try:
         arm = load_arm('planar3r')
         for trace in (False, True):  # the two doors, solve_one and solve_range

@@ -145,6 +145,7 @@ class Parameters:
 
     def __init__(self, node: Node, prepare: Prepare, apply: Apply) -> None:
         self._node, self._prepare, self._take_over = node, prepare, apply
+        self._complete = False
         self._values = _declare(node)
         settings = Settings.from_values(self._values)
         self._pending = (settings, prepare(settings, True))
@@ -155,11 +156,22 @@ class Parameters:
         node.add_post_set_parameters_callback(self._apply)
         self._apply([])
 
+    def refuse_unknown(self) -> list[str]:
+        """Refuse names that are not declared by now; say which of those the node was started with.
+
+        Until then publishers and subscriptions declare their overrides of QoS. ROS itself is silent about a slip.
+        """
+        self._complete = True
+        given = self._node._parameter_overrides  # rclpy has no public name for it
+        return [f'parameter {name} is not known and ignored{_suggestion(name)}' for name in given
+                if not self._node.has_parameter(name)]
+
     def _check(self, changes: list[Parameter]) -> SetParametersResult:
         """Accept or refuse a change; what was loaded for it waits for `_apply`."""
         own = _own(changes)
         try:
-            _refuse_unknown(self._node, changes)
+            if self._complete:
+                _refuse_unknown(self._node, changes)
             settings = Settings.from_values(self._values | own)
             self._pending = (settings, self._prepare(settings, not ARM_PARAMETERS.isdisjoint(own)))
         except IkError as error:
@@ -249,13 +261,6 @@ def _parameter(name: str, value: Any) -> Parameter:
 
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
-
-
-def warnings_about_unknown(node: Node) -> list[str]:
-    """Say which parameters given at the start the node does not have; ROS itself is silent about a slip."""
-    given = node._parameter_overrides  # rclpy has no public name for it
-    return [f'parameter {name} is not known and ignored{_suggestion(name)}' for name in given
-            if not node.has_parameter(name)]
 
 
 def _suggestion(name: str) -> str:
