@@ -68,3 +68,12 @@ def test_errors_about_the_robot_of_the_topic_name_the_topic_and_not_the_empty_pa
         source(URDF.format('good')).load(settings(robot='', tip_frame='nose'))
     with pytest.raises(ModelError, match=r"^parameter robot_description, tip_frame = 'nose': robot 'text': .*nose"):
         source().load(settings(robot_description=URDF.format('text'), tip_frame='nose'))
+
+
+def test_limits_and_held_joints_are_parameters_of_the_arm():
+    arm = source().load(settings(robot='panda', held_joints=['panda_joint1:=0.5'], joint_limits=(
+        'joint_limits: {panda_joint2: {has_position_limits: true, min_position: -0.5, max_position: 0.5}}')))
+    assert arm.n == 6
+    assert (arm.lower[0], arm.upper[0]) == (-0.5, 0.5)
+    with pytest.raises(ModelError, match=r'xacro_args: .nonsense. is not allowed'):
+        source().load(settings(xacro_args=['nonsense']))
