@@ -19,6 +19,7 @@ from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
 from bench.solves import BATCH_HEAD, batch_row, run_solves
+from bench.table import markdown
 from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, load_arm, warm_up
 
 ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
@@ -33,6 +34,8 @@ def main() -> int:
             from bench.check import check_answers
 
             return check_answers(arguments.check)
+        if arguments.zoo:
+            return measure_zoo(arguments.zoo)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
@@ -55,6 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     for flag in ('--peers', '--iteration', '--ros', '--all'):
         parser.add_argument(flag, action='store_true')
     parser.add_argument('--check', type=_positive, metavar='N')
+    parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -86,6 +90,15 @@ def _positive(text: str) -> int:
 def _setting(text: str) -> tuple[str, Any]:
     name, _, value = text.partition('=')
     return name, yaml.safe_load(value)
+
+
+def measure_zoo(count: int) -> int:
+    """Solve N poses of every chain of every installed URDF and print what came of it; 1 if a solution is wrong."""
+    from bench.zoo import ZOO_HEAD, run_zoo, zoo_row
+
+    result = run_zoo(count)
+    print('\n'.join(result.remarks), markdown([ZOO_HEAD, zoo_row(result.counts)]), sep='\n\n')
+    return int(result.counts['wrong'] > 0)
 
 
 def measure(arguments: argparse.Namespace, report: Report) -> None:

@@ -151,8 +151,12 @@ class IkNode(Node):
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use settings and arm that were found good."""
-        arm_changed = self._handler.settings is not None and arm is not self._handler.arm
+        previous = self._handler.arm
+        arm_changed = self._handler.settings is not None and arm is not previous
         self._handler.take_over(settings, arm)
+        if arm is not None and arm is not previous:
+            for text in arm.warnings:
+                self.get_logger().warning(f'robot {arm.name}: {text}')
         if arm_changed:
             _complete(arm)
             self._say_what_runs()

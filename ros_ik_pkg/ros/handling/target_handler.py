@@ -104,7 +104,7 @@ class TargetHandler:
         solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace)
         outcome, status, reason = _judge(solution, base_from_target, arm, self.settings)
         if solution.seed_clipped:
-            seed_notes += ('seed outside the limits brought inside',)
+            seed_notes += ('seed outside the limits brought inside', *_degrees_note(arm, seed))
         result = Result(
             target, outcome, status, reason, options.method, arm, solution, notes + frame_notes + seed_notes,
             base_from_target, seed,
@@ -189,22 +189,36 @@ class TargetHandler:
         return self.joint_state_check.believed(self.joint_states, arm)
 
 
+def _degrees_note(arm: Arm, seed: np.ndarray) -> tuple[str, ...]:
+    """Return a note if a seed (n,) looks like degrees: an angle beyond two turns and twice its limits."""
+    far = (np.abs(seed) > 4.0 * np.pi) & ((seed > 2.0 * arm.upper) | (seed < 2.0 * arm.lower))
+    turning = [i for i in np.flatnonzero(far) if not arm.prismatic[arm.variable == i].any()]
+    if not turning:
+        return ()
+    names = ', '.join(f'{arm.joint_names[i]} = {seed[i]:.4g}' for i in turning)
+    return (f'the seed looks like degrees; radians are expected: {names}',)
+
+
 def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:
     """Return outcome, cause and reason; what the solver calls converged is looked at once more."""
     if not solution.converged:
-        return FAILED, solution.status.label, _why(solution, arm)
+        return FAILED, solution.status.label, _why(solution, arm, settings)
     if fault := fault_of(solution.q, target, arm, settings.options):
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
     return CONVERGED
 
 
-def _why(solution: Solution, arm: Arm) -> str:
+def _why(solution: Solution, arm: Arm, settings: Settings) -> str:
     """Say in words why there is no answer, and how near the best attempt came."""
     parts = [
         solution.status.text,
         (f'the best of {solution.attempts} attempts' if solution.attempts > 1 else 'the tip')
         + f' is {solution.position_error:.3g} m and {solution.orientation_error:.3g} rad off',
     ]
+    rows = np.count_nonzero(settings.options.task_weights)
+    if arm.n < rows:
+        parts.append(f'the arm has {arm.n} joints, fewer than the {rows} rows of the task: it cannot reach most poses; '
+                     'set entries of task_weights to 0, or allow an error with task_tolerances')
     if solution.joints_at_limits:
         parts.append('at their limits: ' + ', '.join(arm.joint_names[i] for i in solution.joints_at_limits))
     if np.isfinite(solution.sigma_min):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ros_ik_pkg.ik import Arm, IkError, ModelError, load_arm
-from ros_ik_pkg.ik.model.sources import read_tree
+from ros_ik_pkg.ik.arm import parse_held
+from ros_ik_pkg.ik.model.sources import parse_xacro_args, read_tree
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.interface.parameters import Settings
 
@@ -41,7 +42,10 @@ class RobotSource:
         if not source:
             return None
         try:
-            return load_arm(source, base=settings.base_frame or None, tip=settings.tip_frame or None)
+            return load_arm(
+                source, settings.base_frame or None, settings.tip_frame or None, limits=settings.limits,
+                joint_limits=settings.joint_limits, held=parse_held(settings.held_joints),
+                xacro_args=parse_xacro_args(settings.xacro_args))
         except ModelError as error:
             raise ModelError(f'{self._described(settings)}: {error}') from error
 

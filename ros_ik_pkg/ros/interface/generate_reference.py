@@ -38,7 +38,7 @@ sends one parameter at a time; what belongs together goes into one call of `/ik_
 """
 ROBOT_CHANGES = """## Changing the robot
 
-A change of `robot`, `robot_description`, `base_frame` or `tip_frame` loads the arm again (the same value too:
+A change of a parameter of the section Robot loads the arm again (the same value too:
 a file may have changed) or is refused, and then the old arm stays. The sources in their order:
 `robot_description` where it is not empty, `robot` where it is not empty, the topic `robot_description`.
 Of the topic the newest text counts that is URDF; what is none, an empty text too, is an error in the log and in

@@ -77,3 +77,12 @@ def test_the_reason_of_a_rejection_stays_until_a_good_text_comes():
     assert 'not well-formed' in robot_source.rejected and 'not well-formed' in robot_source.awaited()
     assert robot_source.take(URDF.format('better')) == 'better'
     assert not robot_source.rejected and 'no URDF came on topic /robot_description' in robot_source.awaited()
+
+
+def test_limits_and_held_joints_are_parameters_of_the_arm():
+    arm = source().load(settings(robot='panda', held_joints=['panda_joint1:=0.5'], joint_limits=(
+        'joint_limits: {panda_joint2: {has_position_limits: true, min_position: -0.5, max_position: 0.5}}')))
+    assert arm.n == 6
+    assert (arm.lower[0], arm.upper[0]) == (-0.5, 0.5)
+    with pytest.raises(ModelError, match=r'xacro_args: .nonsense. is not allowed'):
+        source().load(settings(xacro_args=['nonsense']))
