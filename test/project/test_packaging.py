@@ -13,6 +13,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
+
+import ros_ik_pkg
 
 pytestmark = pytest.mark.once
 
@@ -77,15 +80,28 @@ def test_manifest_is_of_an_ament_python_package(manifest):
     assert text_of(manifest, 'license') == ['Apache-2.0']
 
 
-def test_manifest_has_a_maintainer_address_that_colcon_accepts(manifest):
+def test_manifest_has_a_maintainer_address_that_colcon_accepts_and_nobody_owns(manifest):
     address = manifest.find('maintainer').get('email')
+    assert address.endswith('.invalid')
     assert re.fullmatch(r'[\w.+-]+@[\w-]+(\.[\w-]+)*\.[a-zA-Z]{2,}', address)
 
 
-def test_version_is_the_same_everywhere(manifest, setup_call):
-    version = ast.literal_eval(setup_call['version'])
-    assert text_of(manifest, 'version') == [version]
+def test_version_is_stated_once_and_read_from_there(manifest, setup_call):
+    (version,) = text_of(manifest, 'version')
+    assert ast.unparse(setup_call['version']) == "MANIFEST.findtext('version')"
+    assert ros_ik_pkg.__version__ == version
     assert re.search(r'^(\d+\.\d+\.\d+) ', (ROOT / 'CHANGELOG.rst').read_text(), re.M)[1] == version
+    citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text())
+    assert (citation['version'], citation['license']) == (version, *text_of(manifest, 'license'))
+
+
+def test_types_are_shipped(setup_call):
+    assert (ROOT / NAME / 'py.typed').is_file()
+    assert ast.unparse(setup_call['package_data']) == "{NAME: ['py.typed']}"
+
+
+def test_setup_has_no_address_of_its_own(setup_call):
+    assert not {'author_email', 'maintainer_email'} & set(setup_call)
 
 
 def test_manifest_depends_on_every_library_that_is_imported(manifest):
