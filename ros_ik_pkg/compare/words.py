@@ -1,4 +1,4 @@
-"""What happened, in words: one sentence about a comparison."""
+"""Describe a comparison in one sentence."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from ros_ik_pkg.compare.runs import MethodRun
 from ros_ik_pkg.ik import Status
 
-SINGULAR = 1e-2  # a smaller singular value of the Jacobian is worth telling; a larger one is no reason to fail
-ROUNDING = 5e-7  # m; less is no distance to speak of
-MANY = 2  # joints at their limits; more are counted, not named
+SINGULAR = 1e-2  # a singular value below this explains a failure
+NEGLIGIBLE = 5e-7  # m; smaller distances are not mentioned
+MOST_NAMED = 2  # joints at their limits; more are counted, not named
 
 
 def describe(runs: Sequence[MethodRun]) -> str:
-    """Say which methods failed and how, then which converged, the quickest first."""
+    """Return a sentence: how methods failed, then which ones converged, fastest first."""
     failed = [describe_run(run) for run in runs if run.status is not Status.CONVERGED]
     converged = sorted((run for run in runs if run.status is Status.CONVERGED), key=lambda run: run.iterations)
     if converged:
@@ -23,7 +23,7 @@ def describe(runs: Sequence[MethodRun]) -> str:
 
 
 def describe_run(run: MethodRun) -> str:
-    """Say how one method ended, such as 'pinv diverged at iteration 7: smallest singular value 0.0002'."""
+    """Return how one method ended, such as 'pinv diverged at iteration 7: smallest singular value 0.0002'."""
     texts = {
         Status.CONVERGED: f'converged in {run.iterations} iterations',
         Status.MAX_ITERATIONS: f'ran out of its {run.iterations} iterations {_off(run)}',
@@ -40,16 +40,16 @@ def _when(run: MethodRun) -> str:
 
 
 def _off(run: MethodRun) -> str:
-    """Say how far the tip is from the target: the distance, and the angle where there is no distance."""
-    if run.position_error > ROUNDING:
+    """Return the distance from the target, or the angle if the distance is negligible."""
+    if run.position_error > NEGLIGIBLE:
         return f'{length(run.position_error)} from the target'
     return f'{angle(run.orientation_error)} from the target'
 
 
 def _why(run: MethodRun) -> str:
-    """Say what made a step too long: a Jacobian that is nearly singular, or has lost the columns of joints at limits.
+    """Return why a step was too long: a nearly singular Jacobian, or joints at limits, which remove its columns.
 
-    The distance where it was neither.
+    If neither applies, return the distance from the target.
     """
     if run.sigma_min < SINGULAR:
         return f': smallest singular value {run.sigma_min:.1g}{_limits(run, ", ")}'
@@ -57,17 +57,17 @@ def _why(run: MethodRun) -> str:
 
 
 def _limits(run: MethodRun, before: str) -> str:
-    """Name the joints that ended at their limits, or count them where they are many; empty where none did."""
+    """Return the names of the joints at their limits, their number if there are many, or an empty text."""
     joints = run.joints_at_limits
     if not joints:
         return ''
-    if len(joints) > MANY:
+    if len(joints) > MOST_NAMED:
         return f'{before}{len(joints)} joints at their limits'
     return f'{before}{_and(joints)} at {"its limit" if len(joints) == 1 else "their limits"}'
 
 
 def length(metres: float) -> str:
-    """Write a length in the unit that suits it."""
+    """Return a length in m, mm or µm."""
     for factor, unit in ((1.0, 'm'), (1e3, 'mm')):
         if metres * factor >= 0.995:
             return f'{metres * factor:.3g} {unit}'
@@ -75,11 +75,11 @@ def length(metres: float) -> str:
 
 
 def angle(radians: float) -> str:
-    """Write an angle in degrees, or in milliradians where it is small."""
+    """Return an angle in degrees, or in mrad if it is small."""
     degrees = math.degrees(radians)
     return f'{degrees:.3g}°' if degrees >= 0.1 else f'{radians * 1e3:.2g} mrad'
 
 
 def _and(items: Sequence[str]) -> str:
-    """Join as in a sentence."""
+    """Return the items joined by commas and a final 'and'."""
     return items[0] if len(items) == 1 else f'{", ".join(items[:-1])} and {items[-1]}'

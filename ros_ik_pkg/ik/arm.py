@@ -10,6 +10,7 @@ from threading import Lock
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.kernel.data_layout import Geometry, pack_model
@@ -103,13 +104,13 @@ class Arm:
         """Where searches start (see `starts.make_starts`)."""
         return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
 
-    def forward(self, q: np.ndarray) -> np.ndarray:
+    def forward(self, q: ArrayLike) -> np.ndarray:
         """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
         base_from_tip = np.eye(4)
         forward_kinematics(self.packed, self._check(q), base_from_tip)
         return base_from_tip
 
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
+    def jacobian(self, q: ArrayLike) -> np.ndarray:
         """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
         return geometric_jacobian(self.packed, self._check(q))
 
@@ -175,7 +176,7 @@ class Arm:
         except ModelError as error:
             raise ArgumentError(str(error)) from error
 
-    def _check(self, q: np.ndarray) -> np.ndarray:
+    def _check(self, q: ArrayLike) -> np.ndarray:
         """Return q as a float64 array of the right shape, or raise ArgumentError."""
         try:
             values = np.ascontiguousarray(q, dtype=np.float64)
