@@ -21,7 +21,8 @@ class Turns:
         self.transform_is_there = False
         monkeypatch.setattr(target_queue, 'OneShot', self._timer)
         node = SimpleNamespace(executor=SimpleNamespace(create_task=self.tasks.append))
-        self.queue = TargetQueue(node, self._handle, self._answer, lambda data, status, why: f'{status} {data.decode()}')
+        unread = lambda data, status, why: f'{status} {data.decode()}'  # noqa: E731
+        self.queue = TargetQueue(node, self._handle, self._answer, unread)
 
     def _timer(self, node, delay, callback):
         return SimpleNamespace(start=lambda: self.looks.append(callback))
