@@ -130,7 +130,7 @@ BAD_PARAMETERS = {
 
 def test_a_target_before_any_joint_state_is_refused(running):
     assert running.first.figures['outcome'] == 'refused'
-    assert 'no message on joint_states yet' in running.first.message
+    assert 'no message on /joint_states yet' in running.first.message
 
 
 @pytest.mark.parametrize('case', BAD_TARGETS)

@@ -21,8 +21,7 @@ class Turns:
         self.transform_is_there = False
         monkeypatch.setattr(target_queue, 'OneShot', self._timer)
         node = SimpleNamespace(executor=SimpleNamespace(create_task=self.tasks.append))
-        unread = lambda data, status, why: f'{status} {data.decode()}'  # noqa: E731
-        self.queue = TargetQueue(node, self._handle, self._answer, unread)
+        self.queue = TargetQueue(node, self._handle, self._answer, self._give_up)
 
     def _timer(self, node, delay, callback):
         return SimpleNamespace(start=lambda: self.looks.append(callback))
@@ -33,6 +32,9 @@ class Turns:
         if WITH_TRANSFORM in data and not self.transform_is_there:
             return None
         return f'solved {data.decode()}'
+
+    def _give_up(self, data: bytes, status: str, why: str) -> str:
+        return f'{status} {data.decode()}'
 
     def _answer(self, result: str, arrived: float) -> bool:
         self.answers.append(result)

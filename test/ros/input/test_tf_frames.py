@@ -234,12 +234,13 @@ def test_while_a_target_waits_for_its_transform_parameters_are_set(client):
         pose = pose_of(np.eye(4), 'nowhere')
         pose.header.stamp.sec = stamp[0]
         client.send(pose)
-        client.set_parameters({'max_attempts': 7})
-        earlier = not client.statuses[stamp]
-        client.wait_for(lambda: client.statuses[stamp], 'a refusal')
-        return earlier
+        count = 0
+        while not client.statuses[stamp]:
+            client.set_parameters({'max_attempts': 7})
+            count += 1
+        return count > 3  # one or two come before the wait and with its end anyway
 
-    client.wait_for(set_meanwhile, 'a parameter that is set while a target waits')
+    client.wait_for(set_meanwhile, 'parameters that are set while a target waits')
 
 
 def test_the_node_that_listens_to_tf_is_hidden_and_has_no_services(client):
