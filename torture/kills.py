@@ -47,7 +47,7 @@ def killed(arm: Arm, plan: Plan) -> Iterator[Check]:
 
 @contextlib.contextmanager
 def connections(arm: Arm, plan: Plan, *words: str) -> Iterator[tuple[RunningNode, Peer, Sender]]:
-    """Run a node with somebody who sends and somebody who listens."""
+    """Run a node with a sender and a listener."""
     with running_node(*words) as node, connected(arm) as peer, Sender(ROBOT, plan.seed, [peer.name]) as sender:
         yield node, peer, sender
 
@@ -76,12 +76,12 @@ def kill_often(
 
 
 class Asking(threading.Thread):
-    """A client of the library that asks for one solution after the other, whatever happens to the node."""
+    """An IkClient that requests one solution after another, also while the node is down."""
 
     def __init__(self, peer: Peer, pose: PoseStamped) -> None:
         super().__init__(name='asking')
         self._client, self._pose, self._over = IkClient(peer.node), pose, threading.Event()
-        self.answers = [0.0]  # when [s] each solution came
+        self.answers = [0.0]  # time [s] of each solution
         self.fault = ''
 
     def run(self) -> None:

@@ -49,9 +49,9 @@ PAUSE = 0.0005  # s, how often it is looked whether the node took one
 LONGEST_PAUSE = 0.1  # s; a joint state may get lost, it is sent with best effort
 TAKEN = 0.9  # share of the messages that the node must have taken, or it was not tried with them
 WARM_UP = 0.2  # of the messages, before memory is looked at
-GROWTH = 16.0  # MB; what 64 sources of joint states with 10000 names may hold, and what malloc keeps
+GROWTH = 16.0  # MB; 64 sources of joint states with 10000 names, and what malloc keeps
 LOG_KINDS = 2  # of lines about targets: refused, and not solved
-TWO_CLOCKS = 1.01  # the node's log goes by the clock of the system, which is set while it runs
+TWO_CLOCKS = 1.01  # the node's log uses the system clock, which is set while it runs
 FLOOD_RATE, FLOOD_SECONDS = 1000.0, 5.0  # Hz, s
 TOPICS = (topics.TARGET_POSE, topics.JOINT_STATES)
 FEW = 50  # messages of an odd publisher
@@ -76,7 +76,7 @@ def run(plan: Plan) -> Iterator[Check]:
 
 
 def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
-    """Answer what hypothesis makes up; return the smallest failure that it finds."""
+    """Handle messages made by hypothesis; return the smallest failure."""
     settings_without_tf = Settings.from_values({**DEFAULTS, 'tf_timeout': 0.0})
     outcomes: Counter[str] = Counter()
 
@@ -106,7 +106,7 @@ def fuzz_layer(seed: int, count: int, arm: Arm) -> str:
 
 
 def fault_in(result: Result, handler: TargetHandler) -> str:
-    """Say what is wrong with an answer: no reason, a wrong solution, or a result that cannot be written."""
+    """Return the fault of a result: no reason, a wrong solution, or a message that cannot be serialised."""
     result_message(result, 'torture')
     if not result.reason or not result.status or result.status == 'internal_error':
         return f'{result.outcome} because of {result.status!r}: {result.reason!r}'
@@ -120,7 +120,7 @@ def fuzz_node(seed: int, count: int, node: RunningNode, peer: Peer) -> Iterator[
     random, warm = Random(seed), 0.0
     peer.forget()
     began, fault = time.monotonic(), peer.fault(peer.arm.home) or node.fault()
-    before = node.lines()  # of targets that were sent earlier; none of them is under way any more
+    before = node.lines()  # of earlier targets, which are all finished
     taken = Taken(node, peer)
     for number in progress(range(count), 'messages over DDS'):
         if number % EVERY == EVERY - 1 and (fault := fault or peer.fault(peer.arm.home) or node.fault()):
@@ -146,7 +146,7 @@ class Taken:
         self._sent, self._taken, self._answered = Counter(), Counter(), 0
 
     def send(self, random: Random) -> None:
-        """Send a joint state or a target; a target goes as it is, its stamp included."""
+        """Send a joint state or a target unchanged, stamp included."""
         peer, before, heard = self._peer, self._node.taken(), self._peer.heard
         place = JOINT_STATES if random.random() < 0.5 else TARGETS
         if place == JOINT_STATES:
@@ -163,7 +163,7 @@ class Taken:
             self._answered += peer.heard > heard
 
     def checks(self) -> Iterator[Check]:
-        """Say what the node took; there is little to be learnt from what it did not."""
+        """Report how many messages the node received."""
         for place, what in ((TARGETS, 'targets'), (JOINT_STATES, 'joint states')):
             sent, taken = self._sent[place], self._taken[place]
             figure = f'{taken} of {sent}' + f', {self._answered} with a result' * (place == TARGETS)
@@ -180,7 +180,7 @@ def too_many(lines: int, seconds: float) -> str:
 
 
 def flood(seconds: float, node: RunningNode, peer: Peer) -> Check:
-    """Send what is refused, a thousand times a second; the log must not fill a disk."""
+    """Send refused inputs at 1000 Hz; the log must stay small."""
     began, fault = time.monotonic(), peer.fault(peer.arm.home)
     size, lines, sent = node.log.stat().st_size, node.lines(), 0
     bad, change = good_pose(peer.arm), Parameter(name='method', value=ParameterValue(type=4, string_value='x' * 1000))
@@ -212,7 +212,7 @@ def wrong_type(node: RunningNode, peer: Peer) -> Check:
 
 
 def _beside(kinds: list[tuple[topics.Topic, Any, QoSProfile]], node: RunningNode, peer: Peer) -> str:
-    """Publish empty messages from a participant of its own while good targets are sent; say what went wrong."""
+    """Publish empty messages from a separate participant while good targets are sent; return the fault."""
     context = rclpy.Context()
     context.init()
     other = rclpy.create_node('odd', context=context)
