@@ -21,7 +21,9 @@ class Turns:
         self.transform_is_there = False
         monkeypatch.setattr(target_queue, 'OneShot', self._timer)
         node = SimpleNamespace(executor=SimpleNamespace(create_task=self.tasks.append))
-        self.queue = TargetQueue(node, self._handle, self._answer, lambda data, status, why: f'{status} {data.decode()}')
+        self.queue = TargetQueue(
+            node, self._handle, self._answer, lambda data, status, why: f'{status} {data.decode()}'
+        )
 
     def _timer(self, node, delay, callback):
         return SimpleNamespace(start=lambda: self.looks.append(callback))
