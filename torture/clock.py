@@ -1,4 +1,4 @@
-"""Simulated time that begins, stands still, jumps back and leaps, and what the node makes of it."""
+"""Simulated time that starts, stops, jumps back and jumps ahead, and the reaction of the node."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""URDF and DH files: the shipped tables and made-up arms with pieces cut, doubled, swapped or replaced, and files that
-are built to hurt: cyclic, endless, nested a million deep, entity bombs, aliases of aliases, wrong types. Each loads
-into an arm whose kinematics is finite, or is refused with an error that names the file or the robot, and the place in
-it: a line or position, or a joint, link, key or element that the file has. A process of its own loads them, with so
-much memory and no more; it is ended where a file takes too long.
+"""URDF and DH files: the shipped tables and generated arms with parts cut, doubled, swapped or replaced, and hostile
+files: cyclic, endless, nested a million deep, entity bombs, aliases of aliases, wrong types. Each file loads into
+an arm with finite kinematics, or is refused with an error that names the file or the robot, and the place in it: a
+line or position, or a joint, link, key or element in the file. A separate process with limited memory loads them,
+and is ended if a file takes too long.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ def killed(arm: Arm, plan: Plan) -> Iterator[Check]:
     with connections(arm, plan, *WORDS) as (node, peer, sender), asking(peer, peer.pose(arm.home + 0.1)) as client:
         times, fault = kill_often(count, plan, node, peer, sender, client)
         fault = fault or client.fault
-        figure = f'{times}; {len(client.answers)} answers to a client that asked meanwhile'
+        figure = f'{times}; {len(client.answers)} solutions for a client meanwhile'
     yield Check(f'kill -9 and start in a stream, {count} times: back within', figure, fault)
     with connections(arm, plan, *WORDS, *LONG) as (node, peer, sender):
         times, fault = kill_often(count, plan, node, peer, sender, None)
@@ -89,7 +89,7 @@ class Asking(threading.Thread):
         while not self._over.is_set():
             try:
                 reply = self._client.solve(self._pose, TIMEOUT)
-                self.fault = self.fault or unless(reply.solved, f'the client was told: {reply.message}')
+                self.fault = self.fault or unless(reply.solved, f'the client reported: {reply.message}')
                 self.answers.append(time.monotonic())
             except NodeError as error:
                 self.fault = self.fault or f'the client gave up: {error}'

@@ -1,8 +1,9 @@
-"""Targets at 100 to 2000 a second beside joint states at 1000 a second, bursts of 10000 at once, two clients that send
-at the same time, subscribers that do not read, and 20 nodes in namespaces of one machine that are all sent targets at
-once. Clients are processes that only send, so that the rates are reached: where less than 90 % is, the row is wrong.
-The newest target wins: some are passed over where the node is slower, none is solved after a newer one of the same
-client, and the last one always is. Latencies, from sending a target to its solution, are those of all that were solved.
+"""Targets at 100 to 2000 a second with joint states at 1000 a second, bursts of 10000, two clients that send at the
+same time, subscribers that do not read, and 20 nodes in namespaces of one machine that all get targets at once.
+Clients are processes that only send, so that the rates are reached; a row with less than 90 % of its rate is wrong.
+The newest target wins: if the node is slower, some targets are dropped, none is solved after a newer one of the
+same client, and the last one always is. Latencies, from sending a target to its solution, are over all solved
+targets.
 """
 
 from __future__ import annotations

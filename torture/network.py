@@ -1,7 +1,7 @@
-"""Node and client on two hosts: two network namespaces of this machine, joined by a cable that loses, delays and is cut
-(`torture/cable.py`). UDP alone, because shared memory would go round the network. The client streams targets; frames
-must really be lost and held up, some targets solved all the same, and after healing the newest one. Nothing leaves the
-machine.
+"""Node and client on two hosts: two network namespaces of this machine, connected by a cable that loses, delays and
+cuts (`torture/cable.py`). UDP only, because shared memory would bypass the network. The client streams targets.
+Frames must really be lost and delayed, some targets must be solved all the same, and the newest one after the cable
+is restored. No frame leaves the machine.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Any value of any type for any parameter, names that are none included, in any order, one by one and atomically, while
-another process streams targets. Every call is answered, every refusal has a reason, an atomic call that is refused has
-changed nothing, every target that the node took has its result, and afterwards the defaults are taken and a good target
-is solved. A value whose type ROS does not have gets no answer: rclpy raises before the node sees it; the node logs that
-and goes on.
+"""Any value of any type for any parameter, unknown names included, in any order, one by one and atomically, while
+another process streams targets. Every call gets a response, every refusal has a reason, a refused atomic call
+changes nothing, every target that the node received has its result, and afterwards the defaults are accepted and a
+good target is solved. A value with a type that ROS does not have gets no response: rclpy raises before the node
+sees it; the node logs that and continues.
 """
 
 from __future__ import annotations
