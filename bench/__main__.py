@@ -26,7 +26,7 @@ ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
 
 
 def main() -> int:
-    """Run what was asked for; return the exit code."""
+    """Run the requested measurements; return the exit code."""
     arguments = read_arguments()
     try:
         warm_up()
@@ -48,7 +48,7 @@ def main() -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Describe the command line; scripts/bench says what its options mean."""
+    """Return the parser; scripts/bench documents the options."""
     parser = argparse.ArgumentParser(prog='bench')
     parser.add_argument('--robots', nargs='+', default=ROBOTS)
     parser.add_argument('--count', type=_positive, default=1000)
@@ -113,14 +113,14 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         text = 'Compiled, no Python in between, time that the core was busy.'
         report.add('One iteration', text, [ITERATION_HEAD, *rows])
     if arguments.ros:
-        from bench.ros import ros_rows  # rclpy is there only where it is wanted
+        from bench.ros import ros_rows  # rclpy is installed only for --ros
 
         for title, text, table in ros_rows(arguments.robots[0]):
             report.add(title, text, table)
 
 
 def measure_solves(arguments: argparse.Namespace, report: Report) -> None:
-    """Run our methods, and the peers where wanted."""
+    """Run our methods, and the peers if requested."""
     with ExitStack() as stack:
         processes, faults = [WorkerProcess('ours')], {}
         if arguments.peers:

@@ -1,7 +1,7 @@
-"""The two plots of the page: errors against the iteration, drawn as SVG.
+"""The two error plots of the page, as SVG.
 
-The drawing is stretched to the place that the page has, with lines that keep their width; text stands beside it as
-HTML, so that it is not stretched. So the page needs no library, and a new target a few kilobytes.
+The SVG is stretched to the available space with constant line widths; labels are HTML, so that they are not stretched.
+The page needs no plot library, and an update takes a few kilobytes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SIDE = 1000  # of the drawing; whole numbers on it are fine enough
 
 
 def plots_html(curves: Mapping[str, Curve], old: bool = False) -> str:
-    """Return both plots, faint where they are old."""
+    """Return both plots, faint if they are outdated."""
     last = max([SHORTEST_AXIS, *(int(curve.iteration[-1]) for curve in curves.values())])
     plots = ''.join(_plot(curves, column, title, last) for column, title in PLOTS.items())
     return f'<div class="ik{" old" if old else ""}" data-testid="plots">{plots}</div>'
@@ -46,12 +46,12 @@ def _plot(curves: Mapping[str, Curve], column: str, title: str, last: int) -> st
 
 
 def _height(error: float | np.ndarray) -> float | np.ndarray:
-    """Return where errors stand, from 0 at the top to 1 at the bottom; those beyond stand at the edge."""
+    """Return the vertical positions of errors, from 0 at the top to 1 at the bottom, clipped to this range."""
     return np.clip((CEILING - np.log10(np.maximum(error, 1e-300))) / (CEILING - FLOOR), 0.0, 1.0)
 
 
 def _line(method: str, curve: Curve, column: str, width: float) -> str:
-    """Return a curve, and a dot where it ends."""
+    """Return a curve with a dot at its end."""
     errors = getattr(curve, column)
     chosen = thinned(errors)
     x = (SIDE * place(curve.iteration[chosen]) / width).round().astype(int).tolist()

@@ -1,4 +1,4 @@
-"""The controls of the page; what the user does comes out as calls of an object with a method for each."""
+"""The controls of the page; each user action calls a method of an Actions object."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WIDTH = 340  # pixels
 
 
 class Actions(Protocol):
-    """What the user can do; called later, on the panel's thread."""
+    """User actions; called on the panel's thread."""
 
     def choose_robot(self, name: str) -> None: ...
     def upload_urdf(self, text: str, file_name: str) -> None: ...
@@ -92,7 +92,7 @@ class Controls:
         with self._gui.add_folder('Target'):
             self._position = self._gui.add_vector3('x y z [m]', (0.0, 0.0, 0.0), step=0.001)
             self._rotation = self._gui.add_vector3('r p y [°]', (0.0, 0.0, 0.0), step=0.1)
-        # What was typed, not what the field holds by then: a preset that was chosen before may have written to it.
+        # The typed value, not the current one of the field, which a preset may have overwritten in between.
         self._on(self._position, lambda value: self._actions.set_target(pose([*value, *self._rotation.value])))
         self._on(self._rotation, lambda value: self._actions.set_target(pose([*self._position.value, *value])))
 
@@ -110,7 +110,7 @@ class Controls:
         self._seed.show(seed)
 
     def show_tip(self, base_from_tip: np.ndarray | None, text: str) -> None:
-        """Show where the tip is (4, 4), or that it is nowhere, and what that is."""
+        """Show the tip pose (4, 4), or dashes for None, with a label."""
         self._tip.content = tip_html(None if base_from_tip is None else numbers_of(base_from_tip), text)
 
     def show_target(self, target: np.ndarray) -> None:

@@ -12,14 +12,14 @@ from ros_ik_pkg.compare.table import cells
 from ros_ik_pkg.ik import Status
 
 HEADINGS = ('method', 'steps', 'Δp [m]', 'ΔR [rad]', 'time [ms]', 'status')
-SHORT = {Status.MAX_ITERATIONS: 'out of steps'}  # where the label is too long for the column
+SHORT = {Status.MAX_ITERATIONS: 'out of steps'}  # if the label is too long for the column
 NOTE = 'One descent each; the search of the node strides longer and restarts.'
 NUMBERS = ('No methods', 'One method', 'Two methods', 'Three methods', 'Four methods', 'Five methods')
 AXES = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 
 
 def status_html(state: str, good: bool, words: str) -> str:
-    """Return the status: what the node says, up to the second colon in bold, and the comparison in words."""
+    """Return the status: the node's message, in bold up to the second colon, and the comparison in words."""
     *parts, rest = state.split(': ', 2) if state.count(': ') > 1 else (state, '')
     head = ': '.join(parts) + (':' if rest else '')
     return (
@@ -34,7 +34,7 @@ def _verdict(good: bool) -> str:
 
 
 def node_words(result: Mapping[str, str]) -> tuple[str, bool]:
-    """Say what the node made of the target, and whether that is good."""
+    """Return the outcome of the target as text, and whether it is a success."""
     if not result:
         return 'waiting for the node …', False
     if result['outcome'] != 'solved':
@@ -45,18 +45,18 @@ def node_words(result: Mapping[str, str]) -> tuple[str, bool]:
 
 
 def comparison_words(runs: Iterable[MethodRun], compared: bool) -> str:
-    """Say what happened to the methods; nothing while those that are chosen are awaited."""
+    """Return the comparison in words, or an empty text while it is incomplete."""
     done = list(runs)
     return describe(done) if done else '' if compared else 'Choose methods to compare.'
 
 
 def title(count: int) -> str:
-    """Return the title of the page where so many methods are compared."""
+    """Return the title of the page for a number of compared methods."""
     return f'{NUMBERS[count]}, one target'
 
 
 def table_html(runs: Mapping[str, MethodRun], active: str, old: bool = False) -> str:
-    """Return the table of the methods; the node's own is set in bold, and all of it faint where it is old."""
+    """Return the table of the methods, with the node's own in bold; all of it faint if outdated."""
     head = ''.join(f'<th>{heading}</th>' for heading in HEADINGS)
     rows = ''.join(_row(run, run.method == active) for run in runs.values())
     return (
@@ -70,7 +70,7 @@ def _part(old: bool) -> str:
 
 
 def row_texts(run: MethodRun) -> tuple[str, ...]:
-    """Return what the table says of a run, in the order of HEADINGS."""
+    """Return the cells of a run, in the order of HEADINGS."""
     *texts, label = cells(run)
     return *texts, SHORT.get(run.status, label)
 
@@ -86,7 +86,7 @@ def _row(run: MethodRun, active: bool) -> str:
 
 
 def tip_html(numbers: np.ndarray | None, text: str) -> str:
-    """Return the read-out of a pose: x y z [m], roll pitch yaw [deg], dashes where there is none, and what it is."""
+    """Return the read-out of a pose: x y z [m], roll pitch yaw [deg], or dashes for None, with its label."""
     texts = ['–'] * 6
     if numbers is not None:
         texts = [f'{value:.3f}' for value in numbers[:3].round(3) + 0.0]  # no minus before a zero

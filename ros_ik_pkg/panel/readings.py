@@ -1,4 +1,4 @@
-"""What the page shows about the answers: status, table, plots."""
+"""Status, table and plots of the page."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, tab
 from ros_ik_pkg.panel.style import STYLE
 
 WIDTH = 450  # pixels
-NOTICE_TIME = 6.0  # s for which a notice stands in place of what the node says
+NOTICE_TIME = 6.0  # s for which a notice replaces the node's message
 
 
 class Readings:
@@ -40,24 +40,24 @@ class Readings:
             self._gui.set_panel_label(title(count))
 
     def show_status(self, answers: Answers, compared: Iterable[str]) -> None:
-        """Show what the node says, and the comparison of the methods that are `compared` in words."""
+        """Show the node's message, and the comparison of the methods in `compared` in words."""
         words = comparison_words(answers.runs.values(), any(compared))
         said = node_words(answers.result) if answers.result else self._said[:2]  # that of the target before
         self._said = (*said, words)
         self._write()
 
     def show_comparison(self, answers: Answers, method: str, old: bool = False) -> None:
-        """Show table and plots; `method` is the node's own. What is `old` is shown faint."""
+        """Show table and plots, faint if `old`; `method` is the node's own."""
         self._table.content = table_html(answers.runs, method, old)
         self._plots.content = plots_html(answers.curves, old)
 
     def show_problem(self, text: str) -> None:
-        """Say what is wrong with the node, instead of an answer."""
+        """Show a problem with the node instead of a result."""
         self._said = (text, False, '')
         self._write()
 
     def show_notice(self, text: str) -> None:
-        """Say for a while what came of something that the user did."""
+        """Show the outcome of a user action for a while."""
         self._notice, self._until = text, time.monotonic() + NOTICE_TIME
         self._write()
 

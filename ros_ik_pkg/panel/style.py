@@ -5,7 +5,7 @@ from __future__ import annotations
 from ros_ik_pkg.compare.palette import BAD, BAD_ON_DARK, COLOURS, COLOURS_ON_DARK, GOOD, GOOD_ON_DARK
 
 DARK = '[data-mantine-color-scheme=dark]'
-ABOVE_PLOTS = 420  # pixels: all that stands above the two plots, and their margins
+ABOVE_PLOTS = 420  # pixels: everything above the two plots, and their margins
 SHORTEST_PLOT = 120  # pixels
 
 
