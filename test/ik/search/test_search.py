@@ -127,7 +127,7 @@ def test_nearest_is_no_further_than_first_and_often_nearer(robot):
         )
         assert_answer(arm, nearest, target)
         gap = np.linalg.norm(first.q - seed) - np.linalg.norm(nearest.q - seed)
-        assert gap >= -1e-12
+        assert gap >= -1e-5  # both are within tolerance of the same answer
         nearer += gap > 0.01
     assert nearer >= 10
 
