@@ -19,7 +19,7 @@ ARGUMENTS = {
     'base_frame': Argument('', 'frame of targets and solutions; empty: that of params_file, else the root of the '
                                'robot'),
     'tip_frame': Argument('', 'frame that reaches the targets, required if the robot has several tips; '
-                              'empty: that of params_file, else the end of the robot'),
+                              'empty: that of params_file, else the end of the robot, before a gripper'),
     'method': shared.METHOD,
     'seed_source': shared.SEED_SOURCE,
     'compare': shared.COMPARE,
