@@ -321,8 +321,9 @@ def test_what_is_not_published_does_not_go_out_for_ros2_control_either(client):
     assert len(client.trajectories) == len(client.commands) == 1
 
 
-def test_the_commands_of_the_readme_lead_to_the_controllers(running, root, tmp_path):
-    rules = re.findall(r'^ros2 run ros_ik_pkg ik_node .*-r (\S+:=\S+)$', (root / 'README.md').read_text(), re.M)
+def test_the_commands_of_the_documents_lead_to_the_controllers(running, root, tmp_path):
+    text = (root / 'docs' / 'topics.md').read_text()
+    rules = re.findall(r'^ *ros2 run ros_ik_pkg ik_node .*-r (\S+:=\S+)$', text, re.M)
     log = tmp_path / 'log'
     with node_process(log, *(word for rule in rules for word in ('-r', rule))) as process:
         wait_until_ready(process, log)
