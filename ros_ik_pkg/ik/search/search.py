@@ -96,8 +96,9 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
     while attempts < plan.budget:
         if kind == BY_METHOD:
             hurry = attempts < plan.hurried
-            # A seed that is kept is nearer the target than all starts, or a solution near it is wanted.
-            patient = not hurry or (attempts == 0 and (plan.near_seed or plan.may_leave_seed))
+            # So is the seed's own descent if a solution near it is wanted, or if it did not pause: it is FAR no more.
+            from_near = plan.near_seed or (plan.may_leave_seed and taken == 0)
+            patient = not hurry or (attempts == 0 and from_near)
             patience, progress = PATIENT if patient else HURRIED
             cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
             pause = LOOK if attempts == 0 and taken == 0 and plan.may_leave_seed else -1

@@ -141,3 +141,10 @@ def test_a_slide_that_may_leave_its_limits_has_no_reach():
     target = arm.forward(np.array([0.4, 1.5]))
     assert solve(arm, target, options=SolveOptions(deadline=0.0)).status is Status.UNREACHABLE
     assert solve(arm, target, options=SolveOptions(respect_limits=False, deadline=0.0)).converged
+
+
+def test_a_slide_without_limits_reaches_without_bound():
+    arm = load_arm(chain(('turn', 'revolute', {}), ('slide', 'prismatic', {'axis': (1, 0, 0)})))
+    for lower, upper in ((-np.inf, 1.0), (0.0, np.inf), (-np.inf, np.inf)):
+        endless = arm.geometry._replace(lower=np.array([-2.0, lower]), upper=np.array([2.0, upper]))
+        assert np.all(np.isinf(make_reach(endless).lengths))
