@@ -389,7 +389,7 @@ def test_the_closest_approach_starts_from_the_nearest_iterate_of_all_attempts():
 
 
 def test_starts_that_single_precision_puts_outside_narrow_limits_are_brought_inside():
-    narrow = {'lower': 1.0, 'upper': 1.0 + 1e-8}  # less than single precision tells apart
+    narrow = {'lower': 1.1, 'upper': 1.1 + 1e-9}  # less than single precision tells apart
     arm = load_arm(chain(('j1', 'revolute', {}), ('j2', 'revolute', {'axis': (0, 1, 0), **narrow}),
                          ('j3', 'revolute', {'axis': (1, 0, 0)})))
     trace = solve(arm, np.eye(4), options=SolveOptions(max_attempts=30, **CALM), trace=True).trace
