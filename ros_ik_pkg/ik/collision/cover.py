@@ -14,7 +14,7 @@ import numpy as np
 from ros_ik_pkg.ik.collision.convex_distance import CLOSE_ENOUGH, SCRATCH, hull_distance
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 
-FEW_POINTS = 32  # of the coarse cover
+FEW_POINTS = 16  # of the coarse cover
 MOST_POINTS = 256  # of the fine one
 CLOSE = 2e-4  # [m] radius that is small enough
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
@@ -33,6 +33,33 @@ class Cover(NamedTuple):
     def grown(self, by: float) -> Cover:
         """Return the cover of the body with everything that is as near to it as `by` [m]."""
         return self._replace(radius=self.radius + by, fine_radius=self.fine_radius + by)
+
+
+def sphere_around(points: np.ndarray) -> np.ndarray:
+    """Return centre and radius (4,) of a sphere around points (k, 3)."""
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return np.append(centre, np.linalg.norm(points - centre, axis=1).max() + ROUNDING)
+
+
+def capsule_around(points: np.ndarray) -> np.ndarray:
+    """Return both ends and the radius (7,) of a capsule around points (k, 3), the smallest along a few directions."""
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    spread = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
+    capsules = [_capsule_along(points, centre, axis) for axis in (*np.eye(3), *spread)]
+    return min(capsules, key=lambda found: found[6] ** 2 * (4 / 3 * found[6] + np.linalg.norm(found[3:6] - found[:3])))
+
+
+def _capsule_along(points: np.ndarray, centre: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Return the shortest capsule of the least radius around points, along an axis through a centre."""
+    along = (points - centre) @ axis
+    away = np.linalg.norm(points - centre - np.outer(along, axis), axis=1)
+    radius = away.max()
+    room = np.sqrt(radius**2 - away**2)  # how far a point may be beyond an end
+    start, end = (along + room).min(), (along - room).max()
+    if start > end:
+        start = end = 0.5 * (start + end)
+    ends = [centre + start * axis, centre + end * axis]
+    return np.array([*ends[0], *ends[1], radius + ROUNDING])
 
 
 def cover_points(points: np.ndarray) -> Cover:

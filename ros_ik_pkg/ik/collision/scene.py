@@ -17,7 +17,9 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 
 HEADER = 7  # numbers before the parts of a packed scene
 JOINT = 17  # numbers of a joint: parent body, prismatic, variable, multiplier, offset, placement (12)
-PIECE = 10  # numbers of a piece: body, first vertex, few, radius, sphere's centre (3) and radius, all, fine radius
+PIECE = 17  # numbers of a piece: body, first vertex, few, radius, all, fine radius, sphere (4), capsule (7)
+BODY, FIRST, FEW, RADIUS, ALL, FINE_RADIUS, SPHERE, CAPSULE = 0, 1, 2, 3, 4, 5, 6, 10  # where they begin
+PLACES = 9  # numbers of a placed piece: the sphere's centre, the capsule's ends
 POSE = 12  # rotation row by row, position
 NO_FLOOR = -math.inf
 
@@ -65,14 +67,14 @@ def unpack_scene(scene):
 @inlined
 def scene_memory(scene):
     """Return how many numbers the functions below need as memory for a packed scene; 0 for none."""
-    return 0 if len(scene) == 0 else POSE * (int(scene[0]) + 1) + 3 * int(scene[1]) + POSE + 9 + SCRATCH
+    return 0 if len(scene) == 0 else POSE * (int(scene[0]) + 1) + PLACES * int(scene[1]) + POSE + 9 + SCRATCH
 
 
 class Placed(NamedTuple):
     """A scene at one configuration, in a block of memory."""
 
     poses: np.ndarray  # (m + 1, POSE) in the root frame
-    centres: np.ndarray  # (p, 3) of the pieces' spheres
+    places: np.ndarray  # (p, PLACES) of the pieces
     base: np.ndarray  # (POSE,) pose of the base frame
     guess: np.ndarray  # (3,)
     points: np.ndarray  # (6,) nearest points of the pair that was looked at last
@@ -84,9 +86,9 @@ def cut_placed(scene, memory):
     """Cut a Placed from a block of memory."""
     bodies, pieces = len(scene.poses), len(scene.pieces)
     a = POSE * bodies
-    b = a + 3 * pieces
+    b = a + PLACES * pieces
     return Placed(
-        shaped(memory, 0, (bodies, POSE)), shaped(memory, a, (pieces, 3)), shaped(memory, b, (POSE,)),
+        shaped(memory, 0, (bodies, POSE)), shaped(memory, a, (pieces, PLACES)), shaped(memory, b, (POSE,)),
         shaped(memory, b + POSE, (3,)), shaped(memory, b + POSE + 3, (6,)), shaped(memory, b + POSE + 9, (SCRATCH,)),
     )  # fmt: skip
 
@@ -107,9 +109,12 @@ def place(scene, q, placed):
             move(poses[int(joint[0])], joint, joint[3] * q[i] + joint[4] if i >= 0 else joint[4], poses[k + 1])
     for k in range(len(scene.pieces)):
         piece = scene.pieces[k]
-        pose, centre = poses[int(piece[0])], placed.centres[k]
+        pose, places = poses[int(piece[BODY])], placed.places[k]
         for r in range(3):
-            centre[r] = pose[3 * r] * piece[4] + pose[3 * r + 1] * piece[5] + pose[3 * r + 2] * piece[6] + pose[9 + r]
+            x, y, z, origin = pose[3 * r], pose[3 * r + 1], pose[3 * r + 2], pose[9 + r]
+            places[r] = x * piece[SPHERE] + y * piece[SPHERE + 1] + z * piece[SPHERE + 2] + origin
+            places[3 + r] = x * piece[CAPSULE] + y * piece[CAPSULE + 1] + z * piece[CAPSULE + 2] + origin
+            places[6 + r] = x * piece[CAPSULE + 3] + y * piece[CAPSULE + 4] + z * piece[CAPSULE + 5] + origin
     compose(poses[int(scene.base)], scene.body_from_base, 0, placed.base)
 
 
@@ -137,48 +142,92 @@ def compose(first, second, start, product):
         product[9 + r] = x * second[start + 9] + y * second[start + 10] + z * second[start + 11] + first[9 + r]
 
 
-@kernel
+@inlined  # as a call it would copy both records for every pair, which takes ten times as long as two spheres
 def pair_bounds(scene, placed, k, clear, touch):
-    """Return (lower, upper) bounds of the distance of pair k [m], less their radii; see `hull_distance`."""
+    """Return (lower, upper) bounds of the distance of pair k [m], less their radii; see `hull_distance`.
+
+    What is looked at gets dearer as it gets finer: spheres, capsules, hulls of few points, hulls of all.
+    """
     i, j = int(scene.pairs[k, 0]), int(scene.pairs[k, 1])
-    one, other, guess = scene.pieces[i], scene.pieces[j], placed.guess
-    square = 0.0
-    for r in range(3):
-        guess[r] = placed.centres[i, r] - placed.centres[j, r]
-        square += guess[r] * guess[r]
-    spheres = math.sqrt(square) - one[7] - other[7]
-    if spheres > clear:
-        return spheres, math.inf
-    if not square > 0.0:
-        guess[0] = 1.0
+    one, other, here, there = scene.pieces[i], scene.pieces[j], placed.places[i], placed.places[j]
+    x, y, z = here[0] - there[0], here[1] - there[1], here[2] - there[2]
+    gap = math.sqrt(x * x + y * y + z * z) - one[SPHERE + 3] - other[SPHERE + 3]
+    if gap > clear:
+        return gap, math.inf
+    gap = segment_distance(here, there, placed.guess) - one[CAPSULE + 6] - other[CAPSULE + 6]
+    if gap > clear:
+        return gap, math.inf
+    lower, upper = 0.0, 0.0
     for fine in range(2):
-        count, radius = (8, 9) if fine else (2, 3)
+        count, radius = (ALL, FINE_RADIUS) if fine else (FEW, RADIUS)
         rounded = one[radius] + other[radius]
         lower, upper = hull_distance(
-            scene.vertices, int(one[1]), int(one[count]), placed.poses[int(one[0])],
-            int(other[1]), int(other[count]), placed.poses[int(other[0])],
-            clear + rounded, touch + rounded, guess, placed.points, placed.work,
+            scene.vertices, int(one[FIRST]), int(one[count]), placed.poses[int(one[BODY])],
+            int(other[FIRST]), int(other[count]), placed.poses[int(other[BODY])],
+            clear + rounded, touch + rounded, placed.guess, placed.points, placed.work,
         )  # fmt: skip
-        if lower - rounded > clear or (one[2] == one[8] and other[2] == other[8]):
+        lower, upper = lower - rounded, upper - rounded
+        if lower > clear or (one[FEW] == one[ALL] and other[FEW] == other[ALL]):
             break
-    return lower - rounded, upper - rounded
+    return lower, upper
+
+
+@inlined
+def segment_distance(one, other, guess):
+    """Return a lower bound of the distance of two segments, whose ends follow the first three numbers of each (9,).
+
+    `guess` receives the direction between their nearest points (Ericson 2005, 5.1.9), which the bound holds along.
+    """
+    a, e, b, c, f = 0.0, 0.0, 0.0, 0.0, 0.0
+    for r in range(3):
+        u, v, w = one[6 + r] - one[3 + r], other[6 + r] - other[3 + r], one[3 + r] - other[3 + r]
+        a, e, b, c, f = a + u * u, e + v * v, b + u * v, c + u * w, f + v * w
+    apart = a * e - b * b
+    s = min(max((b * f - c * e) / apart, 0.0), 1.0) if apart > 1e-12 * a * e else 0.0
+    t = (b * s + f) / e if e > 0.0 else 0.0
+    if not 0.0 <= t <= 1.0 or e == 0.0:
+        t = min(max(t, 0.0), 1.0)
+        s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+    square, first, second, third, fourth = 0.0, 0.0, 0.0, 0.0, 0.0
+    for r in range(3):
+        guess[r] = one[3 + r] + s * (one[6 + r] - one[3 + r]) - other[3 + r] - t * (other[6 + r] - other[3 + r])
+        square += guess[r] * guess[r]
+        first, second = first + guess[r] * one[3 + r], second + guess[r] * one[6 + r]
+        third, fourth = third + guess[r] * other[3 + r], fourth + guess[r] * other[6 + r]
+    if not square > 0.0:
+        guess[0] = 1.0
+        return 0.0
+    return (min(first, second) - max(third, fourth)) / math.sqrt(square)
 
 
 @kernel
 def height_above(scene, placed, k):
     """Return how high the lowest point of piece k is above the floor for certain [m]; negative below it."""
     piece, base = scene.pieces[k], placed.base
-    pose = placed.poses[int(piece[0])]
+    pose = placed.poses[int(piece[BODY])]
     x, y, z = base[2], base[5], base[8]
     a = pose[0] * x + pose[3] * y + pose[6] * z
     b = pose[1] * x + pose[4] * y + pose[7] * z
     c = pose[2] * x + pose[5] * y + pose[8] * z
     lowest = math.inf
-    first = int(piece[1])
-    for v in range(first, first + int(piece[8])):
+    first = int(piece[FIRST])
+    for v in range(first, first + int(piece[ALL])):
         lowest = min(lowest, a * scene.vertices[0, v] + b * scene.vertices[1, v] + c * scene.vertices[2, v])
     here = x * (pose[9] - base[9]) + y * (pose[10] - base[10]) + z * (pose[11] - base[11])
-    return here + lowest - piece[9] - scene.floor
+    return here + lowest - piece[FINE_RADIUS] - scene.floor
+
+
+@inlined
+def floor_gap(scene, placed, k, clear):
+    """Return a lower bound of the height of piece k above the floor [m]: of its capsule if that is above `clear`."""
+    places, base, lowest = placed.places[k], placed.base, math.inf
+    for end in (3, 6):
+        height = 0.0
+        for r in range(3):
+            height += base[3 * r + 2] * (places[end + r] - base[9 + r])
+        lowest = min(lowest, height)
+    lowest -= scene.pieces[k, CAPSULE + 6] + scene.floor
+    return lowest if lowest > clear else height_above(scene, placed, k)
 
 
 @kernel
@@ -191,7 +240,7 @@ def first_contact(scene, q, margin, placed):
         if not lower > margin:
             return k
     for k in range(len(scene.above)):
-        if not height_above(scene, placed, int(scene.above[k])) > margin:
+        if not floor_gap(scene, placed, int(scene.above[k]), margin) > margin:
             return len(scene.pairs) + k
     return -1
 
@@ -207,7 +256,7 @@ def nearest_contact(scene, q, placed):
         if lower < least:
             least, nearest = lower, k
     for k in range(len(scene.above)):
-        height = height_above(scene, placed, int(scene.above[k]))
+        height = floor_gap(scene, placed, int(scene.above[k]), least)
         if height < least:
             least, nearest = height, len(scene.pairs) + k
     return least, nearest
@@ -249,7 +298,7 @@ def _count(packed, configurations, memory, counts):
             lower, _ = pair_bounds(scene, placed, k, 0.0, 0.0)
             counts[k] += not lower > 0.0
         for k in range(len(scene.above)):
-            counts[len(scene.pairs) + k] += not height_above(scene, placed, int(scene.above[k])) > 0.0
+            counts[len(scene.pairs) + k] += not floor_gap(scene, placed, int(scene.above[k]), 0.0) > 0.0
 
 
 @compiled

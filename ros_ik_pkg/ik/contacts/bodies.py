@@ -13,7 +13,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.collision.cover import Cover, cover_points
 from ros_ik_pkg.ik.contacts.coal_library import coal, convex
-from ros_ik_pkg.ik.contacts.mesh_files import Hull, find_mesh, read_hull, read_triangles
+from ros_ik_pkg.ik.contacts.mesh_files import Hull, find_mesh, read_hulls, read_triangles
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.model.shapes import Shape
 from ros_ik_pkg.ik.model.tree import Tree
@@ -24,11 +24,11 @@ SIGNS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """One shape in the frame of the link or obstacle that it belongs to."""
+    """A shape in the frame of the link or obstacle that it belongs to, or a convex part of a mesh."""
 
     owner: str
     shape: Shape
-    hull: Hull | None = None  # of a mesh
+    hull: Hull | None = None  # of a part of a mesh
     path: Path | None = None
 
     @cached_property
@@ -50,7 +50,7 @@ class Piece:
 
     @cached_property
     def convex(self) -> Any:
-        """The shape as coal's geometry, a mesh as its convex hull."""
+        """The shape as coal's geometry, a part of a mesh as its convex hull."""
         kind, size = self.shape.kind, [float(value) for value in self.shape.size]
         if kind == 'box':
             return coal.Box(*size)
@@ -64,7 +64,7 @@ class Piece:
 
     @cached_property
     def mesh(self) -> Any:
-        """The shape as coal's geometry, a mesh with its triangles as they are."""
+        """The whole shape as coal's geometry, a mesh with its triangles as they are."""
         return self.convex if self.path is None else read_triangles(self.path, self.shape.size)
 
 
@@ -83,15 +83,15 @@ def load_pieces(tree: Tree, meshes: Iterable[Path]) -> tuple[tuple[Piece, ...], 
     for link, shapes in tree.shapes.items():
         for shape in shapes:
             try:
-                pieces.append(load_piece(link, shape, tree.folder, meshes))
+                pieces += load_shape(link, shape, tree.folder, meshes)
             except ModelError as error:
                 warnings.append(f'link {link!r}: {error}; left out')
     return tuple(pieces), tuple(warnings)
 
 
-def load_piece(owner: str, shape: Shape, folder: Path | None = None, meshes: Iterable[Path] = ()) -> Piece:
-    """Load one shape; raises ModelError where its mesh cannot be read."""
+def load_shape(owner: str, shape: Shape, folder: Path | None = None, meshes: Iterable[Path] = ()) -> list[Piece]:
+    """Load one shape, a mesh in parts; raises ModelError where the mesh cannot be read."""
     if shape.kind != 'mesh':
-        return Piece(owner, shape)
+        return [Piece(owner, shape)]
     path = find_mesh(shape.file, folder, meshes)
-    return Piece(owner, shape, read_hull(path), path)
+    return [Piece(owner, shape, hull, path) for hull in read_hulls(path)]

@@ -38,3 +38,11 @@ def hull_of(corners: np.ndarray) -> np.ndarray:
         return np.array(coal.Convex.convexHull(points_of(corners), False, 'Qt').points())
     except Exception:  # flat: as good, only more
         return corners
+
+
+def hull_volume(corners: np.ndarray) -> float:
+    """Return the volume of the convex hull of points (k, 3); 0 where they span none."""
+    try:
+        return float(coal.Convex.convexHull(points_of(corners), True, 'Qt').computeVolume())
+    except Exception:
+        return 0.0

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from ros_ik_pkg.ik.collision.cover import capsule_around, sphere_around
 from ros_ik_pkg.ik.collision.scene import NO_FLOOR, PIECE, Scene, count_contacts, pack_scene
 from ros_ik_pkg.ik.contacts.bodies import Piece, load_pieces
 from ros_ik_pkg.ik.contacts.frames import HELD, Bodies, make_bodies, row_of
@@ -83,7 +84,7 @@ class Contacts:
     def look(self, q: np.ndarray, world: World | None = None, meshes: bool = False) -> Contact:
         """Return the two things that are nearest to each other at q (n,), by coal.
 
-        `meshes`: whether to take meshes as they are, not their convex hulls.
+        `meshes`: whether to take meshes as they are, not the convex hulls of their parts.
         """
         return self.room(world).look(q, meshes)
 
@@ -177,9 +178,9 @@ class Room:
             body, frame = self._body_of(piece)
             cover = piece.cover
             vertices = cover.points @ frame[:3, :3].T + frame[:3, 3]
-            centre = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-            reach = float(np.linalg.norm(vertices - centre, axis=1).max()) + cover.fine_radius
-            rows.append([body, count, cover.few, cover.radius, *centre, reach, len(vertices), cover.fine_radius])
+            ball, capsule = sphere_around(vertices), capsule_around(vertices)
+            ball[3], capsule[6] = ball[3] + cover.fine_radius, capsule[6] + cover.fine_radius
+            rows.append([body, count, cover.few, cover.radius, len(vertices), cover.fine_radius, *ball, *capsule])
             points.append(vertices)
             count += len(vertices)
         base, frame = self._bodies.links[self._contacts._base]
@@ -224,8 +225,13 @@ class Room:
     def _judge(self, meshes: bool) -> Judge:
         """Return coal's view, made at its first use."""
         if meshes not in self._judges:
-            contacts = self._contacts
+            contacts, pieces = self._contacts, self._pieces
+            pairs, grounded = self._pairs, self._grounded
+            if meshes:  # the parts of a mesh are one again
+                first = {id(piece.shape): k for k, piece in reversed(list(enumerate(pieces)))}
+                whole = [first[id(piece.shape)] for piece in pieces]
+                pairs = list(dict.fromkeys((whole[i], whole[j]) for i, j in pairs))
+                grounded = list(dict.fromkeys(whole[k] for k in grounded))
             self._judges[meshes] = Judge(
-                contacts._tree, contacts._model, contacts._base, self._pieces, self._pairs, self._grounded,
-                self.world, meshes)
+                contacts._tree, contacts._model, contacts._base, pieces, pairs, grounded, self.world, meshes)
         return self._judges[meshes]

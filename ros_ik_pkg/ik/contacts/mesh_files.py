@@ -1,4 +1,4 @@
-"""Mesh files: found by path or URI, read, and kept as the corners of their convex hull."""
+"""Mesh files: found by path or URI, read, and kept as the corners of the convex hulls of their parts."""
 
 from __future__ import annotations
 
@@ -9,23 +9,26 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
+from zipfile import BadZipFile
 
 import numpy as np
 
 from ros_ik_pkg.ik.contacts.coal_library import coal, hull_of
+from ros_ik_pkg.ik.contacts.mesh_parts import cut_into_parts
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
 
 MOST_BYTES = 512 * 2**20
-MOST_POINTS = 20000  # that a hull is made of; more are first moved to the corners of a grid
+MOST_TRIANGLES = 20000  # of a mesh that is cut into parts; of more the points are moved to the corners of a grid
 GRID = 1000  # cells along the longest side
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes
-FORMAT = 1  # of what is kept in the cache folder
+FORMAT = 2  # of what is kept in the cache folder
 
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A convex body that holds a mesh: the hull of `corners` (k, 3), rounded by `slack`; in units of the mesh."""
+    """A convex body that holds a part of a mesh: the hull of `corners` (k, 3), rounded by `slack`; in units of the
+    mesh."""
 
     corners: np.ndarray
     slack: float
@@ -69,8 +72,8 @@ def _places(uri: str, folder: Path | None, meshes: list[Path]) -> Iterator[Path]
             yield Path(root) / package / inside
 
 
-def read_hull(path: Path) -> Hull:
-    """Return the convex body that holds a mesh file; kept in the cache folder, by the content of the file.
+def read_hulls(path: Path) -> tuple[Hull, ...]:
+    """Return convex bodies that hold a mesh file; kept in the cache folder, by the content of the file.
 
     Raises ModelError where the file cannot be read, is too large, or holds no triangle.
     """
@@ -86,26 +89,23 @@ def read_hull(path: Path) -> Hull:
     try:
         if kept is not None and kept.is_file():
             with np.load(kept) as parts:
-                return Hull(parts['corners'], float(parts['slack']))
-    except (OSError, ValueError, KeyError):
-        pass  # broken or of another release: made anew
-    hull = make_hull(_read_points(path), str(path))
+                return tuple(Hull(parts[name], float(parts['slack'])) for name in parts.files if name != 'slack')
+    except (OSError, ValueError, KeyError, BadZipFile):
+        pass  # broken: made anew
+    hulls = make_hulls(_read_mesh(path), str(path))
     if kept is not None:
-        _keep(kept, hull)
-    return hull
+        _keep(kept, hulls)
+    return hulls
 
 
-def make_hull(points: np.ndarray, what: str) -> Hull:
-    """Return the convex body that holds points (k, 3)."""
-    if len(points) == 0 or not np.all(np.isfinite(points)):
-        raise ModelError(f'mesh {what!r} has {"no triangles" if len(points) == 0 else "points that are not finite"}')
-    slack = 0.0
-    if len(points) > MOST_POINTS:
-        points, slack = _thin_out(points)
-    corners = np.unique(points, axis=0)
-    if len(corners) > 4:
-        corners = hull_of(corners)
-    return Hull(corners, slack)
+def make_hulls(triangles: np.ndarray, what: str) -> tuple[Hull, ...]:
+    """Return convex bodies that hold triangles (t, 3, 3)."""
+    if len(triangles) == 0 or not np.all(np.isfinite(triangles)):
+        raise ModelError(f'mesh {what!r} has {"no triangles" if len(triangles) == 0 else "points that are not finite"}')
+    if len(triangles) > MOST_TRIANGLES:
+        points, slack = _thin_out(triangles.reshape(-1, 3))
+        return (Hull(hull_of(points), slack),)
+    return tuple(Hull(hull_of(part), 0.0) for part in cut_into_parts(triangles))
 
 
 def _thin_out(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -120,15 +120,18 @@ def _thin_out(points: np.ndarray) -> tuple[np.ndarray, float]:
     return lowest + cell * thin, 0.8661 * cell  # half the diagonal of a cell
 
 
-def _read_points(path: Path) -> np.ndarray:
-    """Read the corners of all triangles (k, 3)."""
+def _read_mesh(path: Path) -> np.ndarray:
+    """Read all triangles (t, 3, 3)."""
     if path.suffix.lower() == '.stl':
         content = np.fromfile(path, np.uint8)
         count = int(content[80:84].view('<u4')[0]) if len(content) >= STL_HEADER else 0
         if len(content) == STL_HEADER + STL_TRIANGLE * count:  # else it is text
             triangles = content[STL_HEADER:].reshape(count, STL_TRIANGLE)[:, 12:48]
-            return np.ascontiguousarray(triangles).view('<f4').reshape(-1, 3).astype(np.float64)
-    return np.array(read_triangles(path, np.ones(3)).vertices())
+            return np.ascontiguousarray(triangles).view('<f4').reshape(-1, 3, 3).astype(np.float64)
+    mesh = read_triangles(path, np.ones(3))
+    points = np.array(mesh.vertices())
+    corners = [mesh.tri_indices(k) for k in range(mesh.num_tris)]
+    return points[np.array([[corner[0], corner[1], corner[2]] for corner in corners], dtype=np.int64).reshape(-1, 3)]
 
 
 def read_triangles(path: Path, scale: np.ndarray) -> Any:
@@ -139,12 +142,12 @@ def read_triangles(path: Path, scale: np.ndarray) -> Any:
         raise ModelError(f'mesh {str(path)!r} cannot be read: {" ".join(str(error).split())}') from error
 
 
-def _keep(path: Path, hull: Hull) -> None:
-    """Write a hull to the cache folder, whole or not at all; nothing depends on it."""
+def _keep(path: Path, hulls: tuple[Hull, ...]) -> None:
+    """Write hulls to the cache folder, whole or not at all; nothing depends on it."""
     unfinished = path.with_suffix(f'.{os.getpid()}.npz')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez(unfinished, corners=hull.corners, slack=hull.slack)
+        np.savez(unfinished, slack=hulls[0].slack, **{f'part{k}': hull.corners for k, hull in enumerate(hulls)})
         unfinished.replace(path)
     except OSError:
         unfinished.unlink(missing_ok=True)

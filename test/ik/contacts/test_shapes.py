@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ros_ik_pkg.ik import World, load_arm
-from ros_ik_pkg.ik.contacts.bodies import load_piece
-from ros_ik_pkg.ik.contacts.mesh_files import MOST_POINTS, read_hull
+from ros_ik_pkg.ik.contacts.bodies import load_shape
+from ros_ik_pkg.ik.contacts.mesh_files import MOST_TRIANGLES, read_hulls
 from ros_ik_pkg.ik.model.collision_elements import read_collisions
 from ros_ik_pkg.ik.model.dh import parse_dh
 from ros_ik_pkg.ik.model.shapes import Shape
@@ -122,10 +122,10 @@ def sphere(count):
     return corners / np.linalg.norm(corners, axis=2)[:, :, None]
 
 
-@pytest.mark.parametrize('count', [50, MOST_POINTS])
+@pytest.mark.parametrize('count', [50, MOST_TRIANGLES + 1])
 def test_covers_of_a_mesh_hold_all_its_corners(tmp_path, count):
     write_stl(tmp_path / 'a.stl', sphere(count))
-    piece = load_piece('l', Shape('mesh', np.array([0.1, 0.2, -0.1]), file='a.stl'), tmp_path)
+    (piece,) = load_shape('l', Shape('mesh', np.array([0.1, 0.2, -0.1]), file='a.stl'), tmp_path)
     corners = (sphere(count).astype('f4') * [0.1, 0.2, -0.1]).reshape(-1, 3)[:: max(1, count // 500)]
     cover = piece.cover
     few = coal.Convex.convexHull(_points(cover.points[: cover.few]), True, 'Qt')
@@ -149,7 +149,7 @@ def test_a_text_stl_an_obj_and_a_binary_stl_are_the_same_body(tmp_path):
                      + 'endloop\nendfacet\n' for corners in triangles)
     (tmp_path / 'text.stl').write_text(f'solid a\n{facets}endsolid a\n')
     (tmp_path / 'a.obj').write_text('v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 3 4\n')
-    found = [sorted(map(tuple, read_hull(tmp_path / name).corners)) for name in ('binary.stl', 'text.stl', 'a.obj')]
+    found = [sorted(map(tuple, read_hulls(tmp_path / name)[0].corners)) for name in ('binary.stl', 'text.stl', 'a.obj')]
     assert found[0] == found[1] == found[2] and len(found[0]) == 4
 
 
@@ -167,10 +167,34 @@ def test_a_broken_mesh_is_named_and_left_out(tmp_path, content):
 
 def test_a_flat_mesh_is_a_body_too(tmp_path):
     write_stl(tmp_path / 'a.stl', np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]]] * 4, float))
-    piece = load_piece('l', Shape('mesh', np.ones(3), file='a.stl'), tmp_path)
+    (piece,) = load_shape('l', Shape('mesh', np.ones(3), file='a.stl'), tmp_path)
     ball = coal.Sphere(0.1)
     for height, expected in ((0.3, 0.2), (-0.3, 0.2)):
         gap = coal.distance(piece.convex, coal.Transform3s(), ball,
                             coal.Transform3s(np.eye(3), np.array([0.2, 0.2, height])),
                             coal.DistanceRequest(), coal.DistanceResult())
         assert abs(gap - expected) < 1e-3
+
+
+def box_mesh(low, high):
+    """Return the triangles of a box."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (np.array(high) - low) + low
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return np.array([corners[list(side)] for a, b, c, d in quads for side in ((a, b, c), (a, c, d))])
+
+
+def test_a_bent_mesh_is_held_in_parts_that_leave_its_corner_free_and_hold_its_inside(tmp_path):
+    bent = np.concatenate([box_mesh([0, 0, 0], [1.0, 0.1, 0.1]), box_mesh([0, 0, 0], [0.1, 0.1, 1.0])])
+    write_stl(tmp_path / 'a.stl', bent)
+    pieces = load_shape('l', Shape('mesh', np.ones(3), file='a.stl'), tmp_path)
+    assert len(pieces) in (2, 3, 4)
+    rng = np.random.default_rng(0)
+    inside = np.concatenate([rng.uniform([0, 0, 0], [1.0, 0.1, 0.1], (200, 3)),
+                             rng.uniform([0, 0, 0], [0.1, 0.1, 1.0], (200, 3))])
+
+    def gap(point):
+        return min(coal.distance(piece.convex, coal.Transform3s(), coal.Sphere(1e-9), coal.Transform3s(np.eye(3), point),
+                                 coal.DistanceRequest(), coal.DistanceResult()) for piece in pieces)
+
+    assert max(gap(point) for point in inside) < 1e-6
+    assert gap(np.array([0.45, 0.05, 0.45])) > 0.05
