@@ -111,6 +111,13 @@ class Room:
         self._judges: dict[bool, Judge] = {}
         self._refuse_walls()
 
+    @property
+    def positions(self) -> dict[str, float]:
+        """Where the joints outside the chain stand [rad, m], mimic joints included."""
+        names = [joint.name for joint in self._contacts._tree.joints if joint.movable]
+        return {name: value for name, value, drive in zip(names, self._values, self._bodies.drives)
+                if drive[0] not in self._contacts._variables}
+
     def _check_names(self) -> None:
         """Raise ArgumentError where an obstacle has the name of a link, or names one that there is not."""
         links = self._contacts._tree.links

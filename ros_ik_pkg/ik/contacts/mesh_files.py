@@ -147,7 +147,8 @@ def _keep(path: Path, hulls: tuple[Hull, ...]) -> None:
     unfinished = path.with_suffix(f'.{os.getpid()}.npz')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez(unfinished, slack=hulls[0].slack, **{f'part{k}': hull.corners for k, hull in enumerate(hulls)})
+        parts: dict[str, Any] = {f'part{k}': hull.corners for k, hull in enumerate(hulls)}
+        np.savez(unfinished, slack=hulls[0].slack, **parts)
         unfinished.replace(path)
     except OSError:
         unfinished.unlink(missing_ok=True)

@@ -14,7 +14,9 @@ from ros_ik_pkg.ik.text import list_names
 KINDS = ('mesh', 'box', 'cylinder', 'sphere', 'capsule')
 
 
-def read_collisions(robot: ElementTree.Element, quaternions: bool = False) -> tuple[dict[str, tuple[Shape, ...]], tuple[str, ...]]:
+def read_collisions(
+    robot: ElementTree.Element, quaternions: bool = False
+) -> tuple[dict[str, tuple[Shape, ...]], tuple[str, ...]]:
     """Read the shapes by link, and a sentence for each element that cannot be used.
 
     A link whose elements are all faulty is there with no shapes; one without elements is not there. `quaternions`:

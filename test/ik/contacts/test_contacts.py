@@ -24,7 +24,7 @@ def load(robot):
 def test_what_the_bound_calls_clear_does_not_touch(robot):
     arm = load(robot)
     room = arm.contacts.room()
-    judge = UrdfJudge(robot[0], moving_pairs(room))
+    judge = UrdfJudge(robot[0], moving_pairs(room), room.positions)
     q = configurations(arm, COUNT)
     suspect = contacts_of(room.packed, q, 0.0) >= 0
     touches = np.array([judge.touches(arm.joint_names, row) for row in q])
@@ -44,7 +44,7 @@ def test_the_room_is_seen_where_it_is():
     kinds = [('box', (0.2, 0.1, 0.3)), ('sphere', (0.1,)), ('cylinder', (0.05, 0.4)), ('capsule', (0.05, 0.3))]
     obstacles = tuple(Obstacle(name, *kinds[k % 4], pose) for k, (name, pose) in enumerate(zip(names, poses)))
     room = arm.contacts.room(World(floor=0.0, obstacles=obstacles))
-    judge = UrdfJudge(PANDA[0], moving_pairs(room), base='panda_link0')
+    judge = UrdfJudge(PANDA[0], moving_pairs(room), room.positions, base='panda_link0')
     makers = {'box': coal.Box, 'sphere': coal.Sphere, 'cylinder': coal.Cylinder, 'capsule': coal.Capsule}
     moving = [link for link in arm.contacts.links if link != 'panda_link0']
     for name, pose, (kind, size) in zip(names, poses, [kinds[k % 4] for k in range(6)]):
@@ -64,7 +64,7 @@ def test_an_object_in_the_hand_moves_with_it_and_may_touch_the_fingers():
     rod = Obstacle('rod', 'cylinder', (0.02, 0.5), transform(np.eye(3), np.array([0.0, 0.0, 0.33])), 'panda_hand',
                    ('panda_leftfinger', 'panda_rightfinger'))
     room = arm.contacts.room(World(obstacles=(rod,)))
-    judge = UrdfJudge(PANDA[0], moving_pairs(room))
+    judge = UrdfJudge(PANDA[0], moving_pairs(room), room.positions)
     partners = {other for pair in moving_pairs(room) if 'rod' in pair for other in pair} - {'rod'}
     assert 'panda_link1' in partners and not partners & {'panda_hand', 'panda_leftfinger'}
     judge.add('rod', coal.Cylinder(0.02, 0.5), rod.shape.frame_from_shape, partners, frame='panda_hand')
@@ -85,8 +85,9 @@ def test_the_other_arm_is_where_its_joints_are(side):
     pairs = moving_pairs(room)
     assert any(all(name.startswith(('left', 'right')) for name in pair) and len({name[:4] for name in pair}) == 2
                for pair in pairs)
-    judge = UrdfJudge(BAXTER[0], pairs, joints)
+    judge = UrdfJudge(BAXTER[0], pairs, room.positions)
     q = configurations(arm, 600)
+    assert room.positions[f'{other}_s1'] == -0.4
     suspect = contacts_of(room.packed, q, 0.0) >= 0
     touches = np.array([judge.touches(arm.joint_names, row) for row in q])
     assert touches.sum() > 20 and not np.any(touches & ~suspect)

@@ -193,8 +193,9 @@ def test_a_bent_mesh_is_held_in_parts_that_leave_its_corner_free_and_hold_its_in
                              rng.uniform([0, 0, 0], [0.1, 0.1, 1.0], (200, 3))])
 
     def gap(point):
-        return min(coal.distance(piece.convex, coal.Transform3s(), coal.Sphere(1e-9), coal.Transform3s(np.eye(3), point),
-                                 coal.DistanceRequest(), coal.DistanceResult()) for piece in pieces)
+        ball, at = coal.Sphere(1e-9), coal.Transform3s(np.eye(3), point)
+        return min(coal.distance(piece.convex, coal.Transform3s(), ball, at, coal.DistanceRequest(),
+                                 coal.DistanceResult()) for piece in pieces)
 
     assert max(gap(point) for point in inside) < 1e-6
     assert gap(np.array([0.45, 0.05, 0.45])) > 0.05
