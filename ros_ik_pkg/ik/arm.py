@@ -94,6 +94,11 @@ class Arm:
                         self.srdf, self.meshes)
 
     @cached_property
+    def shaped(self) -> bool:
+        """Whether any link has a shape for contact."""
+        return bool(self.tree.shapes) and self.contacts.known
+
+    @cached_property
     def n(self) -> int:
         """Number of variables."""
         return len(self.joint_names)

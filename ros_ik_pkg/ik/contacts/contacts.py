@@ -109,6 +109,7 @@ class Room:
         self._grounded = [k for k, piece in enumerate(self._pieces)
                           if self._between(self._body_of(piece)[0], base)] if world.floor is not None else []
         self._judges: dict[bool, Judge] = {}
+        self._model: np.ndarray | None = None
         self._refuse_walls()
 
     @property
@@ -197,6 +198,12 @@ class Room:
             np.array(self._pairs).reshape(-1, 2), np.array(self._grounded), row_of(frame),
             np.vstack([*points, np.empty((0, 3))]).T,
         ))  # fmt: skip
+
+    def behind(self, packed_arm: np.ndarray) -> np.ndarray:
+        """Return a packed arm, always the same, with the scene behind it, as the compiled search takes them."""
+        if self._model is None:
+            self._model = np.concatenate([packed_arm, self.packed])
+        return self._model
 
     def names(self, contact: int) -> tuple[str, str]:
         """Return the names of the two things of a contact, as compiled code numbers it."""
