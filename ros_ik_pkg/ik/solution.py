@@ -163,15 +163,16 @@ class Solution:
     def clearance(self) -> float:
         """Distance of the two things that are nearest to each other at q [m], by coal; negative if they are in each
         other, inf if there is nothing to touch, NaN if contact did not count."""
-        return self._look().clearance if self.room is not None else math.nan
+        return self.contact.clearance if self.room is not None else math.nan
 
     @property
     def nearest_links(self) -> tuple[str, ...]:
         """Names of those two: links, obstacles or 'floor'."""
-        return self._look().links if self.room is not None else ()
+        return self.contact.links if self.room is not None else ()
 
-    def _look(self) -> Any:
-        """Return the nearest contact at q, computed when it is first asked for."""
+    @property
+    def contact(self) -> Any:
+        """Those two as a Contact, computed when it is first asked for; only if contact counted."""
         if self._contact is None:
             self._contact = self.room.look(self.q)
         return self._contact

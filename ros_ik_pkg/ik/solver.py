@@ -139,8 +139,7 @@ def _solve_at_length(
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
     if room is not None and row[STATUS - WIDTH] == Status.COLLISION:
-        found = touching[~np.isnan(touching[:, 0])]
-        _take_best(arm, target, origin, options, room, found, row)
+        _take_best(arm, target, origin, options, room, touching[~np.isnan(touching[:, 0])], row)
         if row[STATUS - WIDTH] == Status.CONVERGED and options.choice == 'all':
             answers[0] = row[:n]
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
@@ -249,7 +248,7 @@ def solve_batch(
         k = int(bad[0])
         rows = slice(k * arm.n, (k + 1) * arm.n)
         raise ArgumentError(f'row {k}: {_argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
-    for k in np.flatnonzero(figures[STATUS] == Status.COLLISION):
+    for k in np.flatnonzero(figures[STATUS] == Status.COLLISION).tolist():
         rows = slice(k * arm.n, (k + 1) * arm.n)
         out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room, model).row
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)

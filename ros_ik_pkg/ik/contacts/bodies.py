@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ros_ik_pkg.ik.collision.cover import Cover, cover_points
+from ros_ik_pkg.ik.collision.cover import Cover, capsule_around, cover_points, sphere_around
 from ros_ik_pkg.ik.contacts.coal_library import coal, convex
 from ros_ik_pkg.ik.contacts.mesh_files import Hull, find_mesh, read_hulls, read_triangles
 from ros_ik_pkg.ik.exceptions import ModelError
@@ -47,6 +47,24 @@ class Piece:
             cover = cover_points(ends).grown(float(size[0]))
         pose = self.shape.frame_from_shape
         return cover._replace(points=cover.points @ pose[:3, :3].T + pose[:3, 3])
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """Centre of a sphere and both ends of a capsule that hold the shape (3, 3), in the owner's frame [m]."""
+        return np.array([self._ball[:3], self._capsule[:3], self._capsule[3:6]])
+
+    @cached_property
+    def radii(self) -> tuple[float, float]:
+        """Radii of that sphere and that capsule [m]."""
+        return self._ball[3] + self.cover.fine_radius, self._capsule[6] + self.cover.fine_radius
+
+    @cached_property
+    def _ball(self) -> np.ndarray:
+        return sphere_around(self.cover.points)
+
+    @cached_property
+    def _capsule(self) -> np.ndarray:
+        return capsule_around(self.cover.points)
 
     @cached_property
     def convex(self) -> Any:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Iterable, Sequence
+from copy import copy
 from functools import cached_property
+from operator import is_
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik.collision.cover import capsule_around, sphere_around
-from ros_ik_pkg.ik.collision.scene import NO_FLOOR, PIECE, Scene, count_contacts, pack_scene
+from ros_ik_pkg.ik.collision.scene import NO_FLOOR, PIECE, Scene, clearances_of, count_contacts, pack_scene
 from ros_ik_pkg.ik.contacts.bodies import Piece, load_pieces
 from ros_ik_pkg.ik.contacts.frames import HELD, Bodies, make_bodies, row_of
 from ros_ik_pkg.ik.contacts.judge import FLOOR, Contact, Judge
@@ -54,15 +55,25 @@ class Contacts:
         self.left_out: tuple[LeftOut, ...] = find_left_out(tree, self._bodies, self._pieces, self._home, allowed)
         for warning in self.warnings:
             LOG.warning('%s', warning)
-        if self.left_out:
-            LOG.info('pairs of links left out: %s', '; '.join(
-                f'{pair.link} - {pair.other} ({pair.reason})' for pair in self.left_out))
+        LOG.info('links that may touch: %s', self.described())
         self._kept: Room | None = None
 
     @property
     def known(self) -> bool:
         """Whether the robot has any shapes."""
         return len(self._pieces) > 0
+
+    def described(self) -> str:
+        """Return the pairs that are left out as a text."""
+        return '; '.join(f'{pair.link} - {pair.other} ({pair.reason})' for pair in self.left_out)
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Names of the joints outside the chain that place a link with a shape."""
+        bodies = {self._bodies.links[link][0] for link in self.links}
+        above = {body for one in bodies for body in self._bodies.above(one)}
+        names = (self._bodies.drives[body - 1][0] for body in sorted(above) if body)
+        return tuple(dict.fromkeys(name for name in names if name not in self._variables))
 
     @property
     def links(self) -> tuple[str, ...]:
@@ -78,7 +89,7 @@ class Contacts:
         world = EMPTY if world is None else world
         kept = self._kept
         if kept is None or kept.world is not world:
-            kept = self._kept = Room(self, world)
+            kept = self._kept = Room(self, world) if kept is None else kept.changed(world)
         return kept
 
     def look(self, q: np.ndarray, world: World | None = None, meshes: bool = False) -> Contact:
@@ -112,6 +123,19 @@ class Room:
         self._model: np.ndarray | None = None
         self._refuse_walls()
 
+    def changed(self, world: World) -> Room:
+        """Return the arm in another world; if only joints have moved, in a fraction of the time."""
+        same = world.floor == self.world.floor and len(world.obstacles) == len(self.world.obstacles)
+        if not same or not all(map(is_, world.obstacles, self.world.obstacles)):
+            return Room(self._contacts, world)
+        room = copy(self)
+        room.__dict__.pop('packed', None)
+        room.world, room._model = world, None
+        room._check_names()
+        room._values = self._bodies.values({**self._contacts._home, **world.positions})
+        room._refuse_walls()
+        return room
+
     @property
     def positions(self) -> dict[str, float]:
         """Where the joints outside the chain stand [rad, m], mimic joints included."""
@@ -138,16 +162,9 @@ class Room:
         obstacle = self._held.get(piece.owner)
         return self._bodies.links[piece.owner if obstacle is None else obstacle.link or self._contacts._base]
 
-    def _above(self, body: int) -> list[int]:
-        """Return a body and those that it hangs on."""
-        found = [body]
-        while found[-1]:
-            found.append(int(self._bodies.joints[found[-1] - 1, 0]))
-        return found
-
     def _between(self, one: int, other: int) -> bool:
         """Return whether a variable of the chain moves two bodies relative to each other."""
-        apart = set(self._above(one)) ^ set(self._above(other))
+        apart = set(self._bodies.above(one)) ^ set(self._bodies.above(other))
         return any(self._bodies.drives[body - 1][0] in self._contacts._variables for body in apart if body)
 
     def _find_pairs(self) -> list[tuple[int, int]]:
@@ -185,10 +202,11 @@ class Room:
         for piece in self._pieces:
             body, frame = self._body_of(piece)
             cover = piece.cover
-            vertices = cover.points @ frame[:3, :3].T + frame[:3, 3]
-            ball, capsule = sphere_around(vertices), capsule_around(vertices)
-            ball[3], capsule[6] = ball[3] + cover.fine_radius, capsule[6] + cover.fine_radius
-            rows.append([body, count, cover.few, cover.radius, len(vertices), cover.fine_radius, *ball, *capsule])
+            vertices, axes = (points @ frame[:3, :3].T + frame[:3, 3] for points in (cover.points, piece.axes))
+            rows.append([
+                body, count, cover.few, cover.radius, len(vertices), cover.fine_radius,
+                *axes[0], piece.radii[0], *axes[1], *axes[2], piece.radii[1],
+            ])  # fmt: skip
             points.append(vertices)
             count += len(vertices)
         base, frame = self._bodies.links[self._contacts._base]
@@ -226,6 +244,10 @@ class Room:
     def look(self, q: np.ndarray, meshes: bool = False) -> Contact:
         """Return the two things that are nearest to each other at q (n,), by coal."""
         return self._judge(meshes).nearest(self._values_at(q))
+
+    def least_clearance(self, q: np.ndarray) -> float:
+        """Return a lower bound of the clearance at q (n,) [m], in microseconds; of no meaning where things touch."""
+        return float(clearances_of(self.packed, np.asarray(q, dtype=np.float64)[None])[0, 0])
 
     def is_clear(self, q: np.ndarray, margin: float = 0.0, meshes: bool = False) -> bool:
         """Return whether nothing touches at q (n,) or comes nearer than `margin` [m], by coal."""

@@ -46,6 +46,13 @@ class Bodies:
         return [multiplier * positions.get(name, rest(*self.ranges[name])) + offset
                 for name, multiplier, offset in self.drives]
 
+    def above(self, body: int) -> list[int]:
+        """Return a body and those that it hangs on, up to the root frame's."""
+        found = [body]
+        while found[-1]:
+            found.append(int(self.joints[found[-1] - 1, 0]))
+        return found
+
     def poses(self, values: Sequence[float]) -> np.ndarray:
         """Return (m + 1, POSE), the poses of the bodies in the root frame at these values of the joints."""
         frames = [np.eye(4)]
