@@ -24,7 +24,8 @@ WITHOUT_ROS = {'share', 'ik', 'compare'}
 ROS_LIBRARIES = {'rclpy', 'rcl_interfaces', 'tf2_ros'}
 READERS = {'pinocchio', 'coal', 'hppfcl', 'yaml', 'xml'}
 MODEL_FILES = {
-    'ik/arm.py', *(f'ik/contacts/{name}.py' for name in ('contacts', 'judge', 'srdf', 'coal_library')),
+    'ik/arm.py',
+    *(f'ik/contacts/{name}.py' for name in ('contacts', 'judge', 'srdf', 'coal_library', 'obstacles_file')),
     *(f'ik/model/{name}.py' for name in (
         'pinocchio_model', 'dh', 'urdf', 'joint_limits', 'collision_elements', 'xml_values')),
 }  # fmt: skip

@@ -223,6 +223,11 @@ class Room:
             self._model = np.concatenate([packed_arm, self.packed])
         return self._model
 
+    @property
+    def pairs(self) -> set[frozenset[str]]:
+        """Names of all that may touch and is looked at, in pairs: links, obstacles and 'floor'."""
+        return {frozenset(self.names(k)) for k in range(len(self._pairs) + len(self._grounded))}
+
     def names(self, contact: int) -> tuple[str, str]:
         """Return the names of the two things of a contact, as compiled code numbers it."""
         if contact < len(self._pairs):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import coal
 import numpy as np
 import pytest
-from published_robots import BAXTER, PANDA, ROBOTS, SO100, UR5, XARM7, Z1, UrdfJudge, configurations, moving_pairs
 
+from bench.published_robots import BAXTER, PANDA, ROBOTS, SO100, UR5, XARM7, Z1, UrdfJudge, configurations, moving_pairs
 from ros_ik_pkg.ik import ArgumentError, ModelError, Obstacle, World, load_arm
 from ros_ik_pkg.ik.collision.scene import clearances_of, contacts_of
 from ros_ik_pkg.ik.model.transforms import rotation_from_rpy, transform

@@ -74,5 +74,5 @@ def configurations(arm, count, seed=0):
 
 
 def moving_pairs(room):
-    """Return the pairs of names that a room of an arm looks at."""
-    return {frozenset(room.names(k)) for k in range(int(room.packed[2]))}
+    """Return the pairs of names that a room of an arm looks at, but for the floor."""
+    return {pair for pair in room.pairs if 'floor' not in pair}
