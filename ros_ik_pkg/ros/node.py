@@ -159,7 +159,7 @@ class IkNode(Node):
         arm_changed = self._handler.settings is not None and arm is not previous
         self._handler.take_over(settings, arm)
         if arm is not None and arm is not previous:
-            contacts = arm.contacts if settings.options.avoid_collisions else None
+            contacts = arm.contacts if settings.options.avoid_collisions else None  # read before a target needs them
             for text in (*arm.warnings, *(contacts.warnings if contacts else ())):
                 self.get_logger().warning(f'robot {arm.name}: {text}')
             if self._robot_source.semantic_fault:

@@ -20,7 +20,7 @@ from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
 
 MOST_BYTES = 512 * 2**20
 MOST_TRIANGLES = 20000  # of a mesh that is cut into parts; of more the points are moved to the corners of a grid
-GRID = 1000  # cells along the longest side
+GRID = 300  # cells along the longest side
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes
 FORMAT = 2  # of what is kept in the cache folder
 

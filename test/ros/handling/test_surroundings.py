@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from bench.published_robots import BAXTER, PANDA, UR5, configurations
 from rclpy.clock import ROSClock
 from ros_helpers import CALM, joint_state, target_of
 from visualization_msgs.msg import Marker, MarkerArray
 
+from bench.published_robots import BAXTER, PANDA, UR5, configurations
 from ros_ik_pkg.ik import ModelError, SolveOptions, load_arm
 from ros_ik_pkg.ik.search.entry import FIGURES
 from ros_ik_pkg.ros.handling.final_check import contact_of
@@ -135,7 +136,7 @@ def test_check_motion_looks_at_the_whole_line():
     q = configurations(ARM, 300, seed=3)
     clear = [row for row in q if room.is_clear(row, 0.01)]
     options, through = SolveOptions(), []
-    for start, goal in zip(clear, clear[1:]):
+    for start, goal in pairwise(clear):
         line = np.linspace(start, goal, 200)
         if any(not room.is_clear(row) for row in line):
             through.append(contact_of(goal, start, room, options, whole_motion=True))
