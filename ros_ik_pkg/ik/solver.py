@@ -47,6 +47,11 @@ FLOAT = np.dtype(np.float64)
 POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
+CYLINDER = '<collision><geometry><cylinder radius="0.1" length="0.1"/></geometry></collision>'
+TWO_CYLINDERS = (
+    f'<robot name="warm_up"><link name="a">{CYLINDER}</link><link name="b">{CYLINDER}</link>'
+    '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><origin xyz="1 0 0"/></joint></robot>'
+)
 
 
 class Transform(Protocol):
@@ -276,6 +281,8 @@ def warm_up(report: Callable[[str], object] = print) -> float:
             solve(arm, arm.forward(arm.home), arm.home, trace=trace)
         arm.jacobian(arm.home)
         passes(arm.packed, DEFAULT_OPTIONS.numbers, pose_matrix(*IDENTITY), arm.home)
+        shaped = load_arm(TWO_CYLINDERS)
+        shaped.contacts.room(World(floor=-9.0)).least_clearance(shaped.home)
     finally:
         notice.cancel()
     if NOT_SAVED:

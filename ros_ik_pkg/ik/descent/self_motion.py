@@ -32,8 +32,8 @@ DEPENDENT = 1e-9  # length of a row without the part that other rows explain, ov
 def settle(geometry, task, tuning, preferences, stop_time, attempt, steps, work, recorder):
     """Move work.q, a solution, to the least cost that the null space allows; return the steps taken.
 
-    Of the iterates that are accepted the one of the least cost is left in work.q, so it can only get better. In all no joint moves further than null_space_step in the null space, if
-    that is above 0.
+    Of the iterates that are accepted the one of the least cost is left in work.q, so it can only get better. In all no
+    joint moves further than null_space_step in the null space, if that is above 0.
     """
     posture = preferences.posture
     least, left, longest, factor = math.inf, tuning.null_space_step, LONGEST_STEP, 0.0

@@ -85,7 +85,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
     """Search from work.q since the time `began`; leave the solution, or the closest approach, in work.q.
 
     Returns (status, steps, attempts, number of accepted solutions, position error [m], orientation error [rad]).
-    `solutions` receives the nearest distinct ones that were found, `preferences.obstruction` those that touch something.
+    `solutions` receives the nearest distinct ones that were found, `preferences.obstruction` those that touch.
     """
     plan = make_plan(geometry, reach, task, tuning, began)
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
