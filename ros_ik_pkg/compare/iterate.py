@@ -1,7 +1,7 @@
 """The inside of one iteration: the five stages of the notes with their numbers, and the singular directions.
 
-Everything here is computed from the joint positions of an iterate, the target and the options, with NumPy and Pinocchio:
-no figure is taken from the solver but the iterates themselves.
+Everything here is computed from the joint positions of an iterate, the target and the options, with NumPy and
+Pinocchio; the solver contributes the iterates alone.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from ros_ik_pkg.ik import METHODS, Arm, SolveOptions
 
 ADAPTIVE_CAP = 0.3  # rad or m, the cap of the notes on each joint's step of adaptive_dls
 RANK_TOLERANCE = 1e-10  # singular values below this count as zero
+STRIDE = 2.0  # a search takes steps up to this many caps long in its first attempts
 AT_LIMIT = 1e-9  # rad, m
 
 
@@ -185,10 +186,14 @@ def make_iterate(
         error=error,
         jacobian=jacobian,
         damping=damping_of(method, float(np.linalg.norm(error)), options) if damped else 0.0,
-        capped=np.abs(step) >= cap - AT_LIMIT,
+        capped=_equal(np.abs(step), cap) | _equal(np.abs(step), STRIDE * cap),
         frozen=held & (step == 0.0) & (not last),
         directions=directions,
     )
+
+
+def _equal(values: np.ndarray, bound: float) -> np.ndarray:
+    return np.abs(values - bound) <= AT_LIMIT
 
 
 def ellipsoid_of(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -26,6 +26,7 @@ START: dict[str, Any] = {
     'adaptive_dls.gain': 0.2,
     'sdls.max_step': float(np.pi / 4),
     'null_space': 'none',
+    'posture': [],
 }
 
 
@@ -174,7 +175,8 @@ LESSONS = (
         'dls',
         {'en': 'The residual error of DLS', 'pl': 'Błąd resztkowy DLS'},
         {
-            'en': 'With lambda 0.5 a step of dls leaves the share lambda²/(s² + lambda²) of the error along a direction. '
+            'en': 'With lambda 0.5 a step of dls leaves the share lambda²/(s² + lambda²) of the error along a '
+            'direction. '
             'Directions with a small singular value s shrink by a few percent only, and 40 iterations are not enough. '
             'adaptive_dls lowers lambda with the error and arrives in ten.',
             'pl': 'Przy lambda 0,5 każdy krok dls zostawia część lambda²/(s² + lambda²) błędu w danym kierunku. '

@@ -20,6 +20,7 @@ from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.answers import Answers
 from ros_ik_pkg.ros.input.pose import stamp_text
 from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS, ListOption
 from ros_ik_pkg.ros.runtime.node_names import full_name
 
 SILENCE = 3.0  # s without /diagnostics, which come once a second, after which the node counts as gone
@@ -94,9 +95,10 @@ class NodeLink:
 
 
 def _parameter(name: str, value: Any) -> Parameter:
-    """Make a parameter; an empty list would not tell that it is one of texts."""
+    """Make a parameter of the declared type; an empty list does not tell its own."""
     if isinstance(value, (list, tuple)):
-        return Parameter(name, Parameter.Type.STRING_ARRAY, list(value))
+        texts = isinstance(PARAMETERS[name], ListOption)
+        return Parameter(name, Parameter.Type.STRING_ARRAY if texts else Parameter.Type.DOUBLE_ARRAY, list(value))
     return Parameter(name, Parameter.Type.from_parameter_value(value), value)
 
 

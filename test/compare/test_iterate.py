@@ -24,7 +24,7 @@ def some_descent(name: str, method: str, seed: int, **options):
 
 
 @pytest.mark.parametrize('method', METHODS)
-@pytest.mark.parametrize('name', ('puma560', 'panda', 'ur5'))
+@pytest.mark.parametrize('name', ['puma560', 'panda', 'ur5'])
 def test_the_gains_of_the_singular_directions_make_the_step_of_the_solver(name, method):
     for seed in range(5):
         arm, target, options, trace = some_descent(name, method, seed, max_joint_step=10.0, respect_limits=False)
