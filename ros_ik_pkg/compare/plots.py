@@ -106,12 +106,12 @@ def draw_paths(figure: Figure, problem: Problem, runs: Sequence[MethodRun]) -> N
     for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), 'xyz'):
         axis.set_label_text(f'{name} [m]')
         axis.labelpad = 3 if name == 'z' else 9
-    _equal_scales(axes)
+    equal_scales(axes)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.pane.set(facecolor='#f6f8fa', edgecolor=FAINT)
 
 
-def _equal_scales(axes: Axes) -> None:
+def equal_scales(axes: Axes) -> None:
     """Give the three axes one scale, none of them so short that its marks overlap."""
     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
     spans = limits[:, 1] - limits[:, 0]

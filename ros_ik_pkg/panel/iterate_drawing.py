@@ -10,8 +10,9 @@ import viser
 
 from ros_ik_pkg.compare.iterate import Iterate, ellipsoid_of
 from ros_ik_pkg.compare.palette import rgb
+from ros_ik_pkg.compare.skeleton import joint_origins
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.arm_drawing import joint_transforms, placements, size_of
+from ros_ik_pkg.panel.arm_drawing import size_of
 from ros_ik_pkg.panel.iterate_html import joint_colour
 from ros_ik_pkg.panel.joint_labels import short_names
 
@@ -98,9 +99,6 @@ class IterateDrawing:
 
 
 def skeleton(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Return the links of an arm as segments (k, 2, 3) [m] between the origins of its frames."""
-    pose, points = np.eye(4), [np.zeros(3)]
-    for transform in (*joint_transforms(arm, q), placements(arm)[-1]):
-        pose = pose @ transform
-        points.append(pose[:3, 3])
+    """Return the links of an arm as segments (k, 2, 3) [m] between the origins of its joints."""
+    points = joint_origins(arm, q)
     return np.stack([points[:-1], points[1:]], axis=1)
