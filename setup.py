@@ -1,14 +1,16 @@
-"""Package description for ament_python and pip; requirements are in setup.cfg."""
+"""Package description for ament_python and pip: identity from package.xml, requirements from setup.cfg."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
 NAME = 'ros_ik_pkg'
+MANIFEST = ElementTree.parse(Path(__file__).with_name('package.xml')).getroot()
 
 
 def share_files():
-    """Return (folder, files) for what is installed beside the code, its folders kept."""
+    """Return (folder, files) for what is installed beside the code, with its subfolders."""
     folders = {Path('.'): [Path('package.xml')]}
     for top in ('config', 'launch'):
         for path in sorted(Path(top).rglob('*')):
@@ -19,14 +21,12 @@ def share_files():
 
 setup(
     name=NAME,
-    version='0.1.0',
-    description='ROS 2 inverse kinematics with five Jacobian methods, every iteration visible',
-    author='ros_ik_pkg maintainers',
-    author_email='maintainers@ros-ik-pkg.example',
-    maintainer='ros_ik_pkg maintainers',
-    maintainer_email='maintainers@ros-ik-pkg.example',
-    license='Apache-2.0',
+    version=MANIFEST.findtext('version'),
+    description=MANIFEST.findtext('description'),
+    maintainer=MANIFEST.findtext('maintainer'),
+    license=MANIFEST.findtext('license'),
     packages=find_packages(include=[NAME, f'{NAME}.*']),
+    package_data={NAME: ['py.typed']},
     data_files=[('share/ament_index/resource_index/packages', [f'resource/{NAME}']), *share_files()],
     zip_safe=False,
     entry_points={

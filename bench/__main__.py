@@ -19,13 +19,14 @@ from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
 from bench.solves import BATCH_HEAD, batch_row, run_solves
+from bench.table import markdown
 from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, load_arm, warm_up
 
 ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
 
 
 def main() -> int:
-    """Run what was asked for; return the exit code."""
+    """Run the requested measurements; return the exit code."""
     arguments = read_arguments()
     try:
         warm_up()
@@ -33,6 +34,8 @@ def main() -> int:
             from bench.check import check_answers
 
             return check_answers(arguments.check)
+        if arguments.zoo:
+            return measure_zoo(arguments.zoo)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
@@ -45,7 +48,7 @@ def main() -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Describe the command line; scripts/bench says what its options mean."""
+    """Return the parser; scripts/bench documents the options."""
     parser = argparse.ArgumentParser(prog='bench')
     parser.add_argument('--robots', nargs='+', default=ROBOTS)
     parser.add_argument('--count', type=_positive, default=1000)
@@ -55,6 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     for flag in ('--peers', '--iteration', '--ros', '--all'):
         parser.add_argument(flag, action='store_true')
     parser.add_argument('--check', type=_positive, metavar='N')
+    parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -88,6 +92,15 @@ def _setting(text: str) -> tuple[str, Any]:
     return name, yaml.safe_load(value)
 
 
+def measure_zoo(count: int) -> int:
+    """Solve N poses of every chain of every installed URDF and print what came of it; 1 if a solution is wrong."""
+    from bench.zoo import ZOO_HEAD, run_zoo, zoo_row
+
+    result = run_zoo(count)
+    print('\n'.join(result.remarks), markdown([ZOO_HEAD, zoo_row(result.counts)]), sep='\n\n')
+    return int(result.counts['wrong'] > 0)
+
+
 def measure(arguments: argparse.Namespace, report: Report) -> None:
     """Fill the report."""
     if arguments.peers or not (arguments.iteration or arguments.ros):
@@ -100,14 +113,14 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         text = 'Compiled, no Python in between, time that the core was busy.'
         report.add('One iteration', text, [ITERATION_HEAD, *rows])
     if arguments.ros:
-        from bench.ros import ros_rows  # rclpy is there only where it is wanted
+        from bench.ros import ros_rows  # rclpy is installed only for --ros
 
         for title, text, table in ros_rows(arguments.robots[0]):
             report.add(title, text, table)
 
 
 def measure_solves(arguments: argparse.Namespace, report: Report) -> None:
-    """Run our methods, and the peers where wanted."""
+    """Run our methods, and the peers if requested."""
     with ExitStack() as stack:
         processes, faults = [WorkerProcess('ours')], {}
         if arguments.peers:

@@ -1,4 +1,4 @@
-"""What is solved: random reachable poses, paths, poses at singularities and out of reach; the same on every run."""
+"""Problems: random reachable poses, paths, singular poses, and poses out of reach; the same on every run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PATH_LENGTH = 1000
 PATH_SHARE = 0.8  # of the range between the limits that a path uses
 HARMONICS = 3
 CANDIDATES = 100  # configurations of which the one nearest a singularity is taken
-UNREACHABLE_SHARE = 10  # one pose out of reach for so many reachable ones: each takes a whole search
+UNREACHABLE_SHARE = 10  # one pose out of reach per this many reachable ones, because each takes a full search
 EXHAUSTIVE = SolveOptions(max_attempts=2000, deadline=0.0)
 
 
@@ -30,7 +30,7 @@ class Case:
 
     @property
     def reachable(self) -> bool:
-        """Whether every pose is known to have a solution."""
+        """Return whether every pose is known to have a solution."""
         return self.kind in ('reachable', 'tracking', 'singular')
 
     def __len__(self) -> int:
@@ -45,7 +45,7 @@ def make_case(arm: Arm, kind: str, count: int) -> Case:
 
 
 def bounds(arm: Arm) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limits; a turn (or 2 pi m) where there is none."""
+    """Return the limits, or a turn (or 2 pi m) if there are none."""
     lower = np.where(np.isfinite(arm.lower), arm.lower, np.where(np.isfinite(arm.upper), arm.upper - 2 * np.pi, -np.pi))
     return lower, np.where(np.isfinite(arm.upper), arm.upper, lower + 2 * np.pi)
 
@@ -72,7 +72,7 @@ def _reachable(judge: Judge, random: np.random.Generator, count: int) -> Case:
 
 
 def _tracking(judge: Judge, random: np.random.Generator, count: int) -> Case:
-    """Make closed paths in joint space; the first seed is where the path begins."""
+    """Return closed paths in joint space; the first seed is the start of the path."""
     paths = [_closed_path(judge.arm, random) for _ in range(max(1, round(count / PATH_LENGTH)))]
     path = np.concatenate(paths)[: max(count, 2)]
     return Case('tracking', judge.forward(path), path, path)
@@ -116,7 +116,7 @@ def _beyond(judge: Judge, random: np.random.Generator, count: int) -> Case:
 
 
 def _inside(judge: Judge, random: np.random.Generator, count: int) -> Case:
-    """Take positions that are reached with other orientations, where an exhaustive search finds nothing."""
+    """Return reachable positions with orientations for which an exhaustive search finds no solution."""
     count = max(1, count // UNREACHABLE_SHARE)
     found: list[np.ndarray] = []
     while sum(map(len, found)) < count:

@@ -23,12 +23,12 @@ from ros_ik_pkg.ik import Solution, SolveOptions, Status, load_arm, robot_names,
 GROUP = 1000  # solves of one arm with one set of options
 SHOWN = 10  # wrong answers that are printed
 SEED = 2026
-ROUNDING = 1e-11  # m, rad; two ways through the same arithmetic
+ROUNDING = 1e-11  # m, rad; tolerance between two forms of the same computation
 SHIPPED = 0.3  # share of the groups with an arm of config/robots
 LATE = 1e-3  # s of CPU time beyond the deadline
 REPEATS = 2  # of a late solve: its work is the same every time, the interruptions of a virtual machine are not
 AT_ONCE = 2  # groups on threads; the solver lets others run
-BATCHED = 10  # of so many groups one is solved by solve_batch too
+BATCHED = 10  # one group out of this many is also solved by solve_batch
 
 
 @dataclass
@@ -44,7 +44,7 @@ class Group:
 
 @dataclass
 class Answers:
-    """What came out, row by row, as in BatchSolution; and the CPU time of each call [s]."""
+    """Results by row, as in BatchSolution, and the CPU time of each call [s]."""
 
     q: np.ndarray
     status: np.ndarray
@@ -66,11 +66,11 @@ class Tally:
     solves: int = 0
     groups: int = 0
     wrong: int = 0
-    latest: float = -math.inf  # s of CPU time, the most that a solve went beyond its deadline
+    latest: float = -math.inf  # s of CPU time; largest excess over the deadline
     late_once: int = 0  # late, but not when they were tried again
     statuses: Counter[str] = field(default_factory=Counter)
     arms: set[str] = field(default_factory=set)  # shipped ones by name, made up ones by number
-    faults: list[str] = field(default_factory=list)  # the first few, with what reproduces them
+    faults: list[str] = field(default_factory=list)  # the first few, with the data to reproduce them
     faulty: list[int] = field(default_factory=list)  # numbers of the groups with something wrong
 
 
@@ -118,7 +118,7 @@ def _work(seed: int, number: int, size: int) -> tuple[Group, Answers, list[tuple
 def _add(
     tally: Tally, group: Group, answers: Answers, faults: list[tuple[int, str]], seed: int, number: int, bar: tqdm
 ) -> None:
-    """Count a group, and say what is wrong."""
+    """Count a group and report its errors."""
     name = group.judge.arm.name
     tally.solves += len(answers.q)
     tally.wrong += len(faults)
@@ -164,7 +164,7 @@ def solve_each(group: Group) -> Answers:
 
 
 def _solve_until_in_time(group: Group, row: int) -> list[tuple[Solution, float]]:
-    """Return the solution and its CPU time [s], of every try: one, or more where it is late."""
+    """Return the solution and CPU time [s] of every attempt: one, or more if it was late."""
     tries = [_solve_timed(group, row)]
     while not _in_time(group, tries[-1][1]) and len(tries) <= REPEATS:
         tries.append(_solve_timed(group, row))
@@ -184,7 +184,7 @@ def _in_time(group: Group, seconds: float) -> bool:
 
 
 def find_late(group: Group, answers: Answers) -> list[tuple[int, str]]:
-    """Return (row, by how much) for every solve that went on after its deadline."""
+    """Return (row, excess [s]) for every solve that exceeded its deadline."""
     if group.options.deadline == 0.0:
         return []
     beyond = answers.cpu_time - group.options.deadline
@@ -192,7 +192,7 @@ def find_late(group: Group, answers: Answers) -> list[tuple[int, str]]:
 
 
 def find_faults(group: Group, answers: Answers) -> list[tuple[int, str]]:
-    """Return (row, what is wrong) for every row that claims what is not so."""
+    """Return (row, error) for every row with a wrong claim."""
     judge, options, q = group.judge, group.options, answers.q
     kept = np.array(options.task_weights) > 0.0
     axes = group.targets[:, :3, :3] if options.task_frame == 'tip' else np.broadcast_to(np.eye(3), (len(q), 3, 3))

@@ -1,4 +1,4 @@
-"""How long one iteration takes: the slope between short and long descents through the compiled door."""
+"""Time of one iteration: the slope between short and long descents in compiled code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.search.entry import STEPS, WIDTH, solve_range
 from ros_ik_pkg.ik.solver import NOTHING
 
-SHORT, LONG = 2, 10  # steps of the two descents: what a solve takes
+SHORT, LONG = 2, 10  # steps of the two descents, typical of a solve
 DESCENTS = 200
 REPEATS = 60
 ITERATION_HEAD = ['arm', 'joints', 'method', 'one iteration us', 'forward kinematics alone us']
@@ -59,7 +59,7 @@ def iteration_time(arm: Arm, method: str, targets: np.ndarray, seeds: np.ndarray
 
 
 def best_time(function: Callable[[], int]) -> tuple[float, int]:
-    """Return the shortest of many times that a function kept its core busy [s], and what it returned."""
+    """Return the shortest CPU time [s] of many calls of a function, and its result."""
     result, times = function(), []
     for _ in range(REPEATS):
         began = time.thread_time_ns()
@@ -76,7 +76,7 @@ def walk_all(model, configurations):
 
 @kernel
 def _walk_all(model, configurations, memory):
-    """Do what walk_all says; a kernel, since only kernels may hold the views of an arm."""
+    """Implement walk_all; a kernel, because only kernels may hold views of an arm."""
     geometry, _, _ = unpack_model(model)
     joints = make_joints(model, memory)
     total = 0.0

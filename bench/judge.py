@@ -9,11 +9,11 @@ from ros_ik_pkg.ik import Arm
 
 ROUNDING = 1e-9  # m, rad: how far two correct forward kinematics may differ
 SINGLE_PRECISION = 1e-6  # m, rad: some libraries keep their limits in single precision
-HALF_TURN_SINE = 1e-3  # below this sine an angle is taken from Pinocchio's logarithm where the cosine is negative
+HALF_TURN_SINE = 1e-3  # below this sine, with a negative cosine, the angle is from Pinocchio's logarithm
 
 
 class Judge:
-    """Pinocchio's reading of one arm: of its own model, or of one that Pinocchio parsed itself."""
+    """Pinocchio's kinematics of one arm, from our model or from a URDF that Pinocchio parsed."""
 
     def __init__(self, arm: Arm, model: pin.Model | None = None) -> None:
         self.arm = arm
@@ -24,7 +24,7 @@ class Judge:
         self.base, self.tip = (self.model.getFrameId(name, pin.BODY) for name in (arm.base_frame, arm.tip_frame))
 
     def configurations(self, q: np.ndarray) -> np.ndarray:
-        """Return (N, nq), what the model takes, for q (N, n): joints without end as cosine and sine."""
+        """Return Pinocchio configurations (N, nq) for q (N, n), with continuous joints as cosine and sine."""
         values = np.tile(pin.neutral(self.model), (len(q), 1))
         moved = self.arm.multiplier * q[:, self.arm.variable] + self.arm.offset
         for joint, value in zip(self.joints, moved.T):
@@ -43,7 +43,7 @@ class Judge:
         return poses
 
     def errors(self, targets: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the twist error's halves, (N, 3) [m] and (N, 3) [rad] in base axes; NaN where q is NaN."""
+        """Return position (N, 3) [m] and orientation errors (N, 3) [rad] in base axes; NaN if q is NaN."""
         known = np.isfinite(q).all(axis=1)
         reached = self.forward(np.where(known[:, None], q, 0.0))
         position = targets[:, :3, 3] - reached[:, :3, 3]

@@ -1,4 +1,4 @@
-"""Where and with what a measurement was made."""
+"""The machine and the versions of a measurement."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def describe(command: str) -> list[list[str]]:
 
 
 def _processor() -> str:
-    """Return the name of the processor as Linux tells it."""
+    """Return the name of the processor from /proc/cpuinfo."""
     for line in Path('/proc/cpuinfo').read_text().splitlines():
         if line.startswith('model name'):
             return line.split(':', 1)[1].strip()
@@ -38,7 +38,7 @@ def _processor() -> str:
 
 
 def _commit() -> str:
-    """Return the commit that was measured, '+' behind it where files are changed."""
+    """Return the measured commit, with a '+' if files are changed."""
     try:
         command = ['git', '-C', str(ROOT), 'describe', '--always', '--dirty=+', '--abbrev=12']
         return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()

@@ -20,7 +20,7 @@ NEAREST = SolveOptions(choice='nearest', deadline=0.0)
 
 @dataclass
 class Entry:
-    """One solver in its process. `fault` says why it takes no further part."""
+    """One solver in its process. `fault` says why it was excluded."""
 
     name: str
     process: WorkerProcess
@@ -30,7 +30,7 @@ class Entry:
 
 @dataclass
 class Run:
-    """What one solver made of one case: N rows each, q is NaN where it found nothing."""
+    """Results of one solver for one case: N rows each; q is NaN if there is no solution."""
 
     entry: Entry
     arm: str
@@ -51,7 +51,7 @@ class Run:
 
 
 def check_models(judge: Judge, entries: list[Entry]) -> None:
-    """Compare each library's forward kinematics with Pinocchio's; a fault is noted where they differ."""
+    """Compare each library's forward kinematics with Pinocchio's, and record a fault if they differ."""
     lower, upper = np.clip(judge.arm.lower, -3.0, 3.0), np.clip(judge.arm.upper, -3.0, 3.0)
     q = np.random.default_rng(3).uniform(lower, upper, (10, judge.arm.n))
     expected = judge.forward(q)
@@ -65,7 +65,7 @@ def check_models(judge: Judge, entries: list[Entry]) -> None:
 
 
 def run_case(judge: Judge, case: Case, entries: list[Entry], progress: Callable[[int], object]) -> list[Run]:
-    """Solve a case with every entry, in turns of CHUNK poses; `progress` is told how many are done."""
+    """Solve a case with every entry, alternating every CHUNK poses; `progress` receives the number of solved poses."""
     warm = case.path is not None
     rows: dict[str, list[np.ndarray]] = {entry.name: [] for entry in entries}
     errors = dict.fromkeys(rows, '')
@@ -104,9 +104,9 @@ def _judge(judge: Judge, case: Case, entry: Entry, rows: np.ndarray, error: str)
 
 
 def count_jumps(judge: Judge, case: Case, q: np.ndarray) -> tuple[int, int]:
-    """Count steps with a joint that moves by more than JUMP; and those of them that the path forces.
+    """Count the steps with a joint motion above JUMP, and those of them that the path forces.
 
-    A jump is forced where the path's own configuration is as far away, and no answer within JUMP can be found.
+    A jump is forced if the path's own configuration is also that far away, and no solution within JUMP is found.
     """
     steps = np.abs(np.diff(q, axis=0)).max(axis=1)
     jumps = np.flatnonzero(steps > JUMP)

@@ -16,7 +16,7 @@ FAST = 3.0  # rad/s or m/s, for libraries that insist on a velocity limit
 
 
 def make_model(arm: Arm, source: str, folder: Path) -> Model:
-    """Write the arm's URDF into a folder and return the arm as plain data; without URDF where it is not plain."""
+    """Return the arm as plain data, with its URDF in a folder if every joint has its own variable."""
     path = folder / f'arm{len(list(folder.iterdir()))}.urdf'
     if is_plain(arm):
         path.write_text(urdf_of(arm))
@@ -25,7 +25,7 @@ def make_model(arm: Arm, source: str, folder: Path) -> Model:
 
 
 def is_plain(arm: Arm) -> bool:
-    """Return whether every joint is moved by a variable of its own, as all libraries expect."""
+    """Return whether every joint has its own variable, as all libraries expect."""
     return bool(
         np.array_equal(arm.variable, np.arange(arm.n)) and (arm.multiplier == 1.0).all() and (arm.offset == 0.0).all()
     )

@@ -37,7 +37,7 @@ class Ssik(Solver):
 def make_ssik(model: Model, options: dict[str, Any]) -> dict[str, Solver]:
     """Build the arm's module, once for each URDF."""
     if any(model.prismatic):
-        raise UnsupportedError('takes arms of revolute joints alone')
+        raise UnsupportedError('supports only revolute joints')
     urdf = Path(model.urdf)
     name = f'arm_{hashlib.sha256(urdf.read_bytes()).hexdigest()[:16]}'
     path = Path(sys.prefix) / 'ssik_built' / f'{name}.py'
@@ -82,7 +82,7 @@ class Eaik(Solver):
         return Answer(min(inside, key=lambda q: np.abs(q - seed).max(), default=None))
 
     def _turn(self, q: np.ndarray, seed: np.ndarray) -> np.ndarray:
-        """Turn each joint by whole turns towards the seed, and back where that leaves the limits."""
+        """Move each joint by whole turns towards the seed, as far as the limits allow."""
         q = q + TURN * np.round((seed - q) / TURN)
         q = np.where(q > self.upper, q - TURN, q)
         return np.where(q < self.lower, q + TURN, q)

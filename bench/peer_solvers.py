@@ -1,6 +1,6 @@
-"""Numerical solvers of others, each by its quickest call and with a tolerance that means within 1e-5 m and 1e-5 rad.
+"""Numerical solvers of other libraries, each by its fastest call, with a tolerance of 1e-5 m and 1e-5 rad.
 
-Imports are inside the functions: each runs in a process that needs one library alone.
+Imports are inside the functions, because each process needs only one library.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TURN = 2.0 * np.pi
 
 
 def finite_limits(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Return the limits, a turn where there is none; refuses a slider without end."""
+    """Return the limits, or a turn if there are none; refuses unlimited prismatic joints."""
     lower, upper = np.array(model.lower), np.array(model.upper)
     endless = ~np.isfinite(lower) | ~np.isfinite(upper)
     if (endless & (np.array(model.prismatic) > 0)).any():
@@ -63,7 +63,7 @@ class TracIk(Solver):
 
     def __init__(self, module: Any, urdf: str, timeout: float) -> None:
         self.module = module
-        # Its epsilon is for each component alone.
+        # Its epsilon applies to each component.
         self.solver = module.TRAC_IK('base', 'tip', urdf, timeout, TOLERANCE / 2.0, module.SolveType.Speed)
 
     def prepare(self, target: np.ndarray, seed: np.ndarray) -> tuple[Any, ...]:
@@ -165,7 +165,7 @@ class PinocchioDls(Solver):
 
 
 def make_pinocchio(model: Model, options: dict[str, Any]) -> dict[str, Solver]:
-    """Build the arm joint by joint, as numbers on a line even where it turns without end."""
+    """Build the arm joint by joint, with scalar variables also for continuous joints."""
     import pinocchio as pin
 
     built, carrier = pin.Model(), 0

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from bench.process import ROOT, WorkerError, WorkerProcess
 
-# What a requirement of setup.cfg brings: requirement's name -> library of worker.py
+# Name of a requirement in setup.cfg -> library in worker.py
 BRINGS = {
     'roboticstoolbox-python': 'rtb', 'pytracik': 'trac_ik', 'optik-py': 'optik', 'pin': 'pinocchio', 'ssik': 'ssik',
     'EAIK': 'eaik',
@@ -34,7 +34,7 @@ def peer_processes() -> tuple[list[WorkerProcess], dict[str, str]]:
 
 
 def make_environment() -> tuple[str, dict[str, str]]:
-    """Make the environment where it is missing; return its Python, and what could not be installed and why."""
+    """Create the environment if it is missing; return its Python, and the failed requirements with reasons."""
     folder = Path(os.environ.get('ROS_IK_PEERS_VENV') or ROOT / '.venv-peers')
     python, stamp = folder / 'bin' / 'python', folder / 'bench.json'
     common, requirements = read_requirements()
@@ -67,6 +67,6 @@ def library_of(requirement: str) -> str:
 
 
 def last_error(text: str) -> str:
-    """Return the last line in which pip says ERROR."""
+    """Return pip's last line with ERROR."""
     lines = [line for line in text.splitlines() if line.startswith('ERROR')]
     return lines[-1].removeprefix('ERROR:').strip() if lines else 'pip failed without a reason'

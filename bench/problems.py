@@ -14,13 +14,13 @@ from ros_ik_pkg.ik.options import Option
 
 CHANGED_NUMBER, CHANGED = 0.15, 0.3  # shares of the options that are not the default: numbers, and all others
 SLOW = {'max_iterations': 200, 'max_attempts': 30, 'deadline': 0.005}  # less than allowed, or it takes days
-SMALLEST = 1e-9  # where a range begins at 0, for its logarithm
+SMALLEST = 1e-9  # lower end of the logarithmic scale if the range starts at 0
 FAR = 1e6  # m
 KINDS = 9  # of targets, see random_targets
 
 
 def random_options(random: np.random.Generator, arm: Arm) -> SolveOptions:
-    """Draw each option from all of its range now and then, and leave it alone otherwise."""
+    """Draw some options from their full range and leave the others at their defaults."""
     while True:
         values = {option.name: _random_value(option, random, arm) for option in OPTIONS if _changes(option, random)}
         try:
@@ -50,7 +50,7 @@ def _random_value(option: Option, random: np.random.Generator, arm: Arm) -> Any:
 
 
 def _random_number(option: Option, random: np.random.Generator) -> float:
-    """Draw from the range, small numbers as often as large ones; with either sign where both are allowed."""
+    """Draw from the range on a logarithmic scale, with either sign if both are allowed."""
     low, high = option.minimum or 0.0, option.maximum
     size = math.exp(random.uniform(math.log(max(low, SMALLEST)), math.log(high)))
     return max(low, min(size, high) * (random.choice([-1.0, 1.0]) if low < 0.0 else 1.0))
@@ -65,10 +65,10 @@ def random_seeds(arm: Arm, random: np.random.Generator, count: int) -> np.ndarra
 
 
 def random_targets(judge: Judge, random: np.random.Generator, seeds: np.ndarray) -> np.ndarray:
-    """Return (N, 4, 4), N as there are seeds, in equal parts.
+    """Return targets (N, 4, 4), one per seed, in equal parts.
 
-    Reachable; singular; reachable places at any orientation; near the base; some metres off; and degenerate ones:
-    where the seed is already, half a turn from there, at the origin of the base, and a thousand kilometres away.
+    Reachable; singular; reachable positions with random orientations; near the base; some metres away; and degenerate:
+    the pose of the seed, half a turn from it, at the origin of the base, and a thousand kilometres away.
     """
     count, arm = len(seeds), judge.arm
     kind = random.integers(KINDS, size=count)

@@ -19,11 +19,11 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 class WorkerError(Exception):
-    """A worker ended or refused; the text says why."""
+    """A worker ended or refused; the text is the reason."""
 
 
 class WorkerProcess:
-    """One library in a process of its own, alive for the whole run."""
+    """One library in a separate process, which lives for the whole run."""
 
     def __init__(self, library: str, python: str = sys.executable) -> None:
         self.library = library
@@ -62,7 +62,7 @@ class WorkerProcess:
         self._process.stdout.close()
 
     def _ask(self, header: dict[str, Any], *arrays: np.ndarray) -> tuple[dict[str, Any], list[np.ndarray]]:
-        with suppress(BrokenPipeError):  # the reply, or its absence, says more
+        with suppress(BrokenPipeError):  # the missing reply is reported instead
             send(self._process.stdin, header, *arrays)
         return self._reply()
 

@@ -1,4 +1,4 @@
-"""The report: printed while it grows, then saved as Markdown with a plot beside it."""
+"""The report: printed as it grows, then saved as Markdown with a plot."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Report:
         self.add(title, '\n'.join(f'- {note}' for note in notes), solve_table(runs, reference))
 
     def save(self, path: Path | None) -> None:
-        """Write the report, and a plot of the runs beside it."""
+        """Write the report and a plot of the runs."""
         if path is None:
             return
         picture = ''

@@ -57,7 +57,7 @@ class Side:
         self._arrived[stamp.sec, stamp.nanosec] = time.perf_counter()
 
     def stretch(self, spin: Callable[[float], None], rate: float, count: int) -> np.ndarray:
-        """Send targets at a rate; return the round trip of each [s], NaN where it was passed over."""
+        """Send targets at a rate; return the round trip of each [s], NaN if it was dropped."""
         self._stretch += 1
         self._arrived.clear()
         sent, begin = np.empty(count), time.perf_counter()
@@ -119,7 +119,7 @@ def running(command: list[str], namespace: str) -> contextlib.AbstractContextMan
 
 
 def _measure(name: str, sides: list[Side], spin: Callable[[float], None]) -> list[list[str]]:
-    """Measure both nodes at every rate, in turns, while somebody listens to these topics of the IK node."""
+    """Measure both nodes at every rate, alternating, with subscribers to these topics of the IK node."""
     with contextlib.ExitStack() as listening:
         if LISTENERS[name]:
             listening.enter_context(running(['bench.ros_nodes', 'listen', *LISTENERS[name], '--ros-args'], 'ik'))

@@ -18,7 +18,7 @@ from ros_ik_pkg.ros.runtime.stop_flag import StopFlag
 
 
 class Echo(Node):
-    """Answers every target with joint positions that are always the same: what ROS itself takes."""
+    """Echo node: answers every target with constant joint positions, to measure the cost of ROS itself."""
 
     def __init__(self, joints: int) -> None:
         super().__init__(topics.NODE_NAME)

@@ -1,4 +1,4 @@
-"""What every measured solver looks like, and how its calls are timed."""
+"""Interface of the measured solvers, and timing of their calls."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Model:
-    """An arm as plain data: nj joints that turn about, or slide along, the z axis of their frame.
+    """An arm as plain data: nj joints that rotate about, or slide along, the z axis of their frame.
 
     `placements` (nj + 1, 12) are rotation and translation from the frame after one joint to the next, the last one
     leading to the tip; `urdf` is the path of the same arm as a file, from link 'base' to link 'tip'. `source` is what
@@ -35,7 +35,7 @@ class Model:
 
 
 class Answer(NamedTuple):
-    """What a library said: joint positions, None where it found none, and its own counts where it tells them."""
+    """Result of a library: joint positions, or None, and its own counts if it reports them."""
 
     q: np.ndarray | None
     iterations: float = np.nan
@@ -43,7 +43,7 @@ class Answer(NamedTuple):
 
 
 class UnsupportedError(Exception):
-    """The library cannot take this arm; the text says why."""
+    """The library does not support this arm; the text is the reason."""
 
 
 class Solver:
@@ -58,7 +58,7 @@ class Solver:
         raise NotImplementedError
 
     def read(self, result: Any, seed: np.ndarray) -> Answer:
-        """Read what `call` returned."""
+        """Convert the return value of `call`."""
         raise NotImplementedError
 
     def forward(self, q: np.ndarray) -> np.ndarray:
@@ -69,7 +69,7 @@ class Solver:
 def time_calls(solver: Solver, targets: np.ndarray, seeds: np.ndarray, warm: bool) -> tuple[np.ndarray, str]:
     """Solve one by one; return rows of q, seconds, iterations, attempts, and the first exception's text.
 
-    Where `warm`, each solve starts from the answer before it; the first from the first seed.
+    If `warm`, each solve starts from the previous solution, the first one from the first seed.
     """
     n, error = seeds.shape[1], ''
     out = np.full((len(targets), n + 3), np.nan)

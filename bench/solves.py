@@ -27,7 +27,7 @@ Texts = dict[str, str]
 
 
 def run_solves(arguments: Namespace, processes: list[WorkerProcess]) -> Iterator[tuple[list[Run], Texts, Texts]]:
-    """Yield, arm by arm, the runs, what does not take part and why, and the versions of the libraries."""
+    """Yield for each arm the runs, the excluded solvers with reasons, and the versions of the libraries."""
     with tempfile.TemporaryDirectory() as folder:
         for source in arguments.robots:
             arm = load_arm(source)

@@ -19,7 +19,7 @@ def send(stream: BinaryIO, header: dict[str, Any], *arrays: np.ndarray) -> None:
 
 
 def receive(stream: BinaryIO) -> tuple[dict[str, Any], list[np.ndarray]] | None:
-    """Read one message; None where the other side has closed the stream."""
+    """Return one message, or None if the other side has closed the stream."""
     line = stream.readline()
     if not line:
         return None

@@ -1,4 +1,4 @@
-"""A process that runs one library; it is asked and answers over its standard streams (see wire.py)."""
+"""A process that runs one library; requests and replies use its standard streams (see wire.py)."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def main() -> None:
 
 
 def private_streams() -> tuple[BinaryIO, BinaryIO]:
-    """Keep the standard streams for the messages: what libraries print goes to the standard error."""
+    """Reserve the standard streams for messages: output of libraries goes to standard error."""
     requests, replies = os.fdopen(os.dup(0), 'rb'), os.fdopen(os.dup(1), 'wb')
     os.dup2(2, 1)
     return requests, replies

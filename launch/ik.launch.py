@@ -1,53 +1,51 @@
 """Start the IK node: `ros2 launch ros_ik_pkg ik.launch.py robot:=panda method:=sdls`.
 
 With `robot_from_topic:=true tip_frame:=tool0` the robot is the URDF that a robot_state_publisher publishes. Arguments
-given here win over the parameters file; those left empty leave it alone.
+given here win over the parameters file; an empty argument leaves the file's value.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
+from launch.actions import OpaqueFunction
 
+from ros_ik_pkg.tools import launch_arguments as shared
+from ros_ik_pkg.tools.launch_arguments import Argument
+
+TOPICS = ('target_pose', 'joint_states', 'robot_description')
 ARGUMENTS = {
-    'robot': ('', 'a robot of config/robots, or the path or URI of a .urdf, .xacro or DH .yaml file'),
-    'robot_from_topic': ('false', 'true: the robot is the URDF on the topic robot_description, whatever robot says'),
-    'base_frame': ('', 'frame that targets and solutions speak of; empty: the root of the robot'),
-    'tip_frame': ('', 'frame that shall reach the targets; needed where the robot has several tips'),
-    'method': ('', 'transpose, pinv, dls, adaptive_dls or sdls'),
-    'params_file': ('', 'YAML file with parameters, such as a copy of config/ik_node.yaml'),
-    'namespace': ('', 'namespace of the node, for several arms'),
-    'target_pose': ('target_pose', 'topic of the targets (geometry_msgs/PoseStamped)'),
-    'joint_states': ('joint_states', 'topic of the joint states (sensor_msgs/JointState)'),
-    'robot_description': ('robot_description', 'topic of the URDF (std_msgs/String), for robot_from_topic'),
-}
+    'robot': Argument('', 'a robot of config/robots, or the path or URI of a .urdf, .xacro or DH .yaml file; '
+                          'empty: that of params_file, else puma560'),
+    'robot_from_topic': Argument('false', 'take the robot from the URDF on the topic robot_description; '
+                                          'robot is then ignored', (*shared.TRUE, *shared.FALSE)),
+    'base_frame': Argument('', 'frame of targets and solutions; empty: that of params_file, else the root of the '
+                               'robot'),
+    'tip_frame': Argument('', 'frame that reaches the targets, required if the robot has several tips; '
+                              'empty: that of params_file, else the end of the robot, before a gripper'),
+    'method': shared.METHOD,
+    'seed_source': shared.SEED_SOURCE,
+    'compare': shared.COMPARE,
+    'params_file': shared.PARAMS_FILE,
+    'use_sim_time': shared.USE_SIM_TIME,
+    'namespace': Argument('', 'namespace of the node, for several arms'),
+    'target_pose': Argument('target_pose', 'topic of the targets (geometry_msgs/PoseStamped)'),
+    'joint_states': Argument('joint_states', 'topic of the joint states (sensor_msgs/JointState)'),
+    'robot_description': Argument('robot_description', 'topic of the URDF (std_msgs/String), for robot_from_topic'),
+    'log_level': shared.LOG_LEVEL,
+    'respawn': shared.RESPAWN,
+}  # fmt: skip
 
 
 def generate_launch_description():
     """Declare the arguments and start one node."""
-    declared = [
-        DeclareLaunchArgument(name, default_value=default, description=text)
-        for name, (default, text) in ARGUMENTS.items()
-    ]
-    return LaunchDescription([*declared, OpaqueFunction(function=start_node)])
+    return LaunchDescription([
+        shared.checked(ARGUMENTS, __file__), *shared.declared(ARGUMENTS), OpaqueFunction(function=start_node),
+    ])  # fmt: skip
 
 
 def start_node(context):
-    """Return the node with those parameters only that were given."""
-    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    values = {name: given[name] for name in ('robot', 'base_frame', 'tip_frame', 'method') if given[name]}
-    if given['robot_from_topic'].lower() == 'true':
-        values |= {'robot': '', 'robot_description': ''}
-    chosen = {name: ParameterValue(text, value_type=str) for name, text in values.items()}
-    node = Node(
-        package='ros_ik_pkg',
-        executable='ik_node',
-        name='ik_node',
-        namespace=given['namespace'],
-        parameters=[*([given['params_file']] if given['params_file'] else []), *([chosen] if chosen else [])],
-        remappings=[(topic, given[topic]) for topic in ('target_pose', 'joint_states', 'robot_description')],
-        output='screen',
-        emulate_tty=True,
-    )
-    return [node]
+    """Return the node, with the parameters that were given."""
+    given = shared.values(ARGUMENTS, context)
+    parameters = {name: given[name] for name in ('robot', 'base_frame', 'tip_frame') if given[name]}
+    if shared.is_true(given['robot_from_topic']):
+        parameters |= {'robot': '', 'robot_description': ''}
+    remappings = [(topic, given[topic]) for topic in TOPICS]
+    return [shared.ik_node(given, parameters, namespace=given['namespace'], remappings=remappings)]

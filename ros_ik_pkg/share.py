@@ -1,7 +1,8 @@
-"""Where the files that come with the package are: robots, parameters, launch files."""
+"""Location of the files that come with the package: robots, parameters, launch files, package.xml."""
 
 from __future__ import annotations
 
+import re
 import site
 import sys
 from pathlib import Path
@@ -10,9 +11,9 @@ PACKAGE = 'ros_ik_pkg'
 
 
 def share_path() -> Path:
-    """Return the directory that holds `config/`: the source tree, else the ament index, else pip's share.
+    """Return the directory that holds `config/`: the source tree, else the ament share, else pip's share.
 
-    Raises FileNotFoundError, with the places that were looked at, where the package is not installed whole.
+    Raises FileNotFoundError, which lists the directories that were searched, if the installation is incomplete.
     """
     here = Path(__file__).resolve().parents[1]
     places = [here, *_ament_share(), *(Path(prefix) / 'share' / PACKAGE
@@ -24,8 +25,16 @@ def share_path() -> Path:
                             'install the package again')
 
 
+def version() -> str:
+    """Return the version in package.xml, the only place that states it."""
+    found = re.search(r'<version>(.*?)</version>', (share_path() / 'package.xml').read_text(encoding='utf-8'))
+    if found is None:
+        raise ValueError(f'{share_path()}/package.xml has no version')
+    return found[1]
+
+
 def _ament_share() -> list[Path]:
-    """Ask the ament index of a sourced ROS workspace; empty without ROS."""
+    """Return the share directory of a sourced ROS workspace, if there is one."""
     try:
         from ament_index_python import PackageNotFoundError, get_package_share_directory
     except ImportError:

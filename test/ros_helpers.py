@@ -169,10 +169,10 @@ def connected(kind: type[Client], log: FilePath, *ros_args: str) -> Iterator[Cli
         yield client
 
 
-def wait_until_ready(process: subprocess.Popen, log: FilePath) -> None:
-    """Wait until the node says so; it may have to compile first."""
+def wait_until_ready(process: subprocess.Popen, log: FilePath, word: str = 'ready: ') -> None:
+    """Wait until the node says so, or something else instead; it may have to compile first."""
     deadline = time.monotonic() + START_TIMEOUT
-    while 'ready: ' not in log.read_text():
+    while word not in log.read_text():
         assert process.poll() is None and time.monotonic() < deadline, log.read_text()
         time.sleep(0.02)
 

@@ -19,12 +19,12 @@ from ros_ik_pkg.tools.domain import own_domain
 from torture.plan import Check, Plan
 from torture.reliability import Reliability
 
-SECTIONS = ('solves', 'messages', 'parameters', 'files', 'load', 'faults', 'network', 'soak')
+SECTIONS = ('solves', 'messages', 'parameters', 'files', 'load', 'heard', 'faults', 'network', 'soak')
 REPORT = ROOT / 'docs' / 'reliability.md'
 
 
 def main() -> int:
-    """Run the sections; 0 where all is right, 1 where something is wrong."""
+    """Run the sections; return 0 if all is right, else 1."""
     given = make_parser().parse_args()
     plan = Plan(given.seed, given.count, given.minutes, given.group)
     output = given.output or (REPORT if plan.whole else None)  # a small run is no news about the large one
@@ -41,7 +41,7 @@ def main() -> int:
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Describe the command line; scripts/torture says what its options mean."""
+    """Return the parser; scripts/torture documents the options."""
     parser = argparse.ArgumentParser(prog='torture')
     parser.add_argument('sections', nargs='*', type=section, metavar='SECTION')
     parser.add_argument('--seed', type=whole_number, default=Plan.seed)
@@ -74,7 +74,7 @@ def some(text: str) -> int:
 
 
 def some_minutes(text: str) -> float:
-    """Read a time [min] that is longer than none."""
+    """Return a time [min] above 0."""
     try:
         minutes = float(text)
     except ValueError:
@@ -97,7 +97,7 @@ def run_section(name: str, plan: Plan, output: Path | None) -> list[Check]:
 
 
 def whatever_happens(checks: Iterator[Check]) -> Iterator[Check]:
-    """Yield the checks of a section, and what ended it before its time: that is what was looked for."""
+    """Yield the checks of a section, and the exception that ended it, as a finding."""
     try:
         yield from checks
     except Exception as error:
@@ -106,7 +106,7 @@ def whatever_happens(checks: Iterator[Check]) -> Iterator[Check]:
 
 
 def closing_lines(found: dict[str, list[Check]], plan: Plan) -> Iterator[str]:
-    """Say how each wrong section is run again; then, in the last line, what was wrong and what was left out."""
+    """Print how to run each wrong section again, and in the last line what was wrong or skipped."""
     for name, checks in found.items():
         for again in dict.fromkeys(check.again for check in checks if check.wrong):
             yield f'reproduce with scripts/torture {name} {plan.words(again)}'

@@ -28,7 +28,7 @@ IDLE = 0.1  # s, how often the end is looked for
 
 @dataclass(frozen=True)
 class Weather:
-    """What happens to a frame: shares that are lost and doubled, delay [s], and how far it varies either way [s]."""
+    """Conditions on the cable: fractions of lost and duplicated frames, delay [s] and jitter [s]."""
 
     loss: float = 0.0
     delay: float = 0.0
@@ -64,7 +64,7 @@ class Cable(threading.Thread):
                     os.write(end, frame)
 
     def _take(self, frame: bytes, end: int) -> None:
-        """Put a frame on its way, twice or not at all if that is the weather."""
+        """Send a frame once, twice or not at all, depending on the conditions."""
         weather, random = self.weather, self._random
         for _ in range(2 if random.random() < weather.doubled else 1):
             self.taken += 1
@@ -111,5 +111,5 @@ def _end(namespace: str, address: str) -> Iterator[int]:
 
 
 def ip(*words: str) -> None:
-    """Run `ip`, which says on the standard error what it cannot do."""
+    """Run `ip`, which reports its errors on standard error."""
     subprocess.run(['ip', *words], check=True)

@@ -1,4 +1,4 @@
-"""Simulated time that begins, stands still, jumps back and leaps, and what the node makes of it."""
+"""Simulated time that starts, stops, jumps back and jumps ahead, and the reaction of the node."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def clock_jumps(arm: Arm) -> Iterator[Check]:
 
 
 def _fault_at(moment: Moment, clock: SimulatedClock, goal: PoseStamped) -> str:
-    """Say what is wrong with the answers to targets of a moment, and of a second earlier and later."""
+    """Return the fault in the results for targets stamped at a time, a second before and a second after."""
     now = clock.ask(goal, moment.time)
     if now.get('outcome') != SOLVED:
         return f'a target of now: {now}'
@@ -75,7 +75,7 @@ def _refusal(answer: dict[str, str], cause: str) -> str:
 
 
 class SimulatedClock:
-    """Publishes /clock, and asks the node what it thinks of it."""
+    """Publishes /clock and checks the reaction of the node."""
 
     def __init__(self, peer: Peer) -> None:
         self._peer, self._publisher = peer, peer.node.create_publisher(Clock, '/clock', 10)

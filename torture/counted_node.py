@@ -20,15 +20,15 @@ from torture.running import COUNTS_FILE, JOINT_STATES, TARGETS, map_counts
 def main() -> int:
     """Run the node."""
     counts = map_counts(os.environ[COUNTS_FILE], 'r+')
-    node.IkNode._on_target = _counted(node.IkNode._on_target, counts, TARGETS)
+    node.IkNode._answer = _counted(node.IkNode._answer, counts, TARGETS)
     joint_states.JointStates.keep = _counted(joint_states.JointStates.keep, counts, JOINT_STATES)
     return ik_node.main()
 
 
 def _counted(method: Callable[..., Any], counts: np.ndarray, place: int) -> Callable[..., Any]:
-    def count(self: object, message: object) -> Any:
+    def count(self: object, *arguments: object) -> Any:
         counts[place] += 1
-        return method(self, message)
+        return method(self, *arguments)
 
     return count
 

@@ -24,5 +24,5 @@ class Everything:
         return count
 
     def missing(self) -> list[str]:
-        """Return the topics of which nothing came."""
+        """Return the topics without messages."""
         return [topic.name for topic in self._topics if not self.counts[topic.name]]

@@ -34,7 +34,7 @@ def main() -> None:
 
 
 class FarClient:
-    """Sends numbered targets, and judges what comes back."""
+    """Sends numbered targets and checks the results."""
 
     def __init__(self, peer: Peer) -> None:
         self._peer = peer
@@ -42,7 +42,7 @@ class FarClient:
         self._answered, self._wrong = -1, 0
 
     def send(self) -> None:
-        """Send the next target, and take what comes until it is time for another."""
+        """Send the next target, and receive messages until the next period."""
         number = len(self.sent)
         self.sent[self._peer.send(self._peer.pose(self._joints(number)))] = number
         self._peer.spin(1.0 / RATE)
@@ -51,7 +51,7 @@ class FarClient:
         return self._peer.arm.home + SPREAD * (number % WAYPOINTS) / WAYPOINTS
 
     def news(self) -> dict[str, Any]:
-        """Judge what came since the last time: right, and newer than all before it."""
+        """Check the new results: right, and newer than all earlier ones."""
         latencies = [round(float(latency), 4) for latency in self._peer.latencies()]
         for stamp in self._peer.solutions:
             number = self.sent[stamp]

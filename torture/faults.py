@@ -28,7 +28,7 @@ from torture.plan import Check, Plan, skipped, unless
 from torture.running import RunningNode, running_node
 
 SILENCE = 0.5  # s
-# Mounts a small disk at $0, fills it but for $1 kB, and becomes the node.
+# Mounts a small disk at $0, fills it except for $1 kB, and executes the node.
 SMALL_DISK = (
     'mount -t tmpfs -o size=1m tmpfs "$0" || exit 9\n'
     'head -c "$((1024 - $1))k" /dev/zero > "$0/full" 2>/dev/null\n'
@@ -93,7 +93,7 @@ def first_starts(arm: Arm) -> Iterator[Check]:
 
 
 def two_at_once(arm: Arm, cache: str) -> Check:
-    """Start two nodes with one empty cache, and a third one with what they left."""
+    """Start two nodes with one empty cache at once, then a third one with the filled cache."""
     with contextlib.ExitStack() as stack:
         nodes = [stack.enter_context(unready_node(f'arm{k}', cache)) for k in range(2)]
         seconds = max([node.wait_until_ready() for node in nodes])
@@ -106,14 +106,14 @@ def two_at_once(arm: Arm, cache: str) -> Check:
 
 
 def answer(arm: Arm, namespace: str) -> str:
-    """Say what is wrong with an answer in a namespace."""
+    """Return the fault of a result in a namespace."""
     with ros_node('torture') as own:
         return Peer(own, arm, namespace).fault(arm.home + 0.1)
 
 
 @contextlib.contextmanager
 def unready_node(namespace: str, cache: str) -> Iterator[RunningNode]:
-    """Start a node with a cache of its own, and stop it in the end."""
+    """Start a node with a separate cache, and stop it at the end."""
     with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
         node = RunningNode(Path(folder, 'log'), ('-r', f'__ns:=/{namespace}'), NUMBA_CACHE_DIR=cache)
         try:
@@ -123,7 +123,7 @@ def unready_node(namespace: str, cache: str) -> Iterator[RunningNode]:
 
 
 def started(arm: Arm, mount: tuple[str, ...], say: Callable[[str], object] = str, **environment: str) -> str:
-    """Start a node behind a mount of its own and ask it; say what went wrong, and tell `say` its log."""
+    """Start a node with a private mount and send it a target; return the fault, and pass its log to `say`."""
     with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
         before = ('unshare', '--mount', 'sh', '-c', *mount)
         node = RunningNode(Path(folder, 'log'), before=before, **environment)
@@ -139,7 +139,7 @@ def started(arm: Arm, mount: tuple[str, ...], say: Callable[[str], object] = str
 
 
 def no_mounts() -> str:
-    """Say why this process cannot mount, empty where it can."""
+    """Return why this process cannot mount; empty if it can."""
     if os.geteuid() != 0:
         return 'mounts need root'
     return '' if shutil.which('unshare') else 'there is no unshare'

@@ -1,8 +1,8 @@
-"""URDF and DH files: the shipped tables and made-up arms with pieces cut, doubled, swapped or replaced, and files that
-are built to hurt: cyclic, endless, nested a million deep, entity bombs, aliases of aliases, wrong types. Each loads
-into an arm whose kinematics is finite, or is refused with an error that names the file or the robot, and the place in
-it: a line or position, or a joint, link, key or element that the file has. A process of its own loads them, with so
-much memory and no more; it is ended where a file takes too long.
+"""URDF and DH files: the shipped tables and generated arms with parts cut, doubled, swapped or replaced, and hostile
+files: cyclic, endless, nested a million deep, entity bombs, aliases of aliases, wrong types. Each file loads into
+an arm with finite kinematics, or is refused with an error that names the file or the robot, and the place in it: a
+line or position, or a joint, link, key or element in the file. A separate process with limited memory loads them,
+and is ended if a file takes too long.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ MOST_SECONDS = 5.0  # of CPU time for one file; the largest that is read has 32 
 
 
 def run(plan: Plan) -> Iterator[Check]:
-    """Mutate good files, then try the hostile ones, then files that are none."""
+    """Load mutated files, then hostile ones, then a pipe."""
     with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder, Loader() as loader:
         yield from fuzz(Random(plan.seed), plan.count or COUNT, Path(folder), loader)
         yield from hostile(Path(folder), loader)
@@ -76,7 +76,7 @@ def mutated(random: Random, text: str) -> str:
 
 
 def hostile(folder: Path, loader: Loader) -> Iterator[Check]:
-    """Load each of the files that are built to hurt; none of them is a robot."""
+    """Load each hostile file; all of them must be refused."""
     for name, (suffix, make) in progress(HOSTILE.items(), 'hostile files'):
         path = folder / f'hostile{suffix}'
         content = make()
@@ -88,7 +88,7 @@ def hostile(folder: Path, loader: Loader) -> Iterator[Check]:
 
 
 def special(folder: Path, loader: Loader) -> Check:
-    """Load a pipe that nobody writes to: reading it would take for ever."""
+    """Load a pipe without a writer, which would block a reader forever."""
     path = folder / 'pipe.urdf'
     os.mkfifo(path)
     done = loader.load(path)

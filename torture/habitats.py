@@ -20,11 +20,11 @@ HABITATS = (
     {'LC_ALL': 'tr_TR.UTF-8', 'PYTHONHASHSEED': '4294967295', 'TZ': ''},
     {'PYTHONHASHSEED': '1', 'TZ': 'America/St_Johns', 'PYTHONUTF8': '0'},
 )
-WITH_COMMA = ('de_DE', 'tr_TR')  # who write 0,5
+WITH_COMMA = ('de_DE', 'tr_TR')  # with a decimal comma
 
 
 def habitats(arm: Arm) -> Iterator[Check]:
-    """Start the node in each; a locale that is not installed is made for the time being, where that is possible."""
+    """Start the node in each environment; compile a missing locale temporarily, if possible."""
     usual, fault = answer_in(arm, {})
     with tempfile.TemporaryDirectory(prefix='ros_ik_pkg_torture_') as folder:
         for habitat in progress(HABITATS, 'locales'):
@@ -39,7 +39,7 @@ def habitats(arm: Arm) -> Iterator[Check]:
 
 
 def find_locale(name: str, folder: str) -> tuple[dict[str, str], str]:
-    """Return what the environment needs to have a locale, and why there is none, empty where there is."""
+    """Return the environment variables for a locale, and why it is unavailable (empty if it is available)."""
     code = f'import locale; locale.setlocale(locale.LC_ALL, {name!r})'
     if subprocess.run([sys.executable, '-c', code], capture_output=True).returncode == 0:
         return {}, ''
@@ -52,7 +52,7 @@ def find_locale(name: str, folder: str) -> tuple[dict[str, str], str]:
 
 
 def answer_in(arm: Arm, environment: Mapping[str, str]) -> tuple[list[float], str]:
-    """Return the joints that a node in this environment finds, and what is wrong."""
+    """Return the joints that a node in this environment finds, and the fault."""
     with running_node(program=LOCALIZED_NODE, **environment) as node, connected(arm) as peer:
         fault = peer.fault(arm.home + 0.3) or node.fault() or _not_in_it(environment.get('LC_ALL', ''), node.said())
         return [] if fault else list(peer.solutions[max(peer.solutions)].position), fault

@@ -30,7 +30,7 @@ def cycle() -> str:
 
 
 def alias_bomb() -> str:
-    """Return YAML whose aliases stand for ten to the ninth nodes."""
+    """Return YAML whose aliases expand to 1e9 nodes."""
     rows = ['a: &a [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]']
     rows += [f'{new}: &{new} [{", ".join([f"*{old}"] * 10)}]' for old, new in zip('abcdefgh', 'bcdefghi')]
     return '\n'.join(rows)

@@ -38,7 +38,7 @@ def killed(arm: Arm, plan: Plan) -> Iterator[Check]:
     with connections(arm, plan, *WORDS) as (node, peer, sender), asking(peer, peer.pose(arm.home + 0.1)) as client:
         times, fault = kill_often(count, plan, node, peer, sender, client)
         fault = fault or client.fault
-        figure = f'{times}; {len(client.answers)} answers to a client that asked meanwhile'
+        figure = f'{times}; {len(client.answers)} solutions for a client meanwhile'
     yield Check(f'kill -9 and start in a stream, {count} times: back within', figure, fault)
     with connections(arm, plan, *WORDS, *LONG) as (node, peer, sender):
         times, fault = kill_often(count, plan, node, peer, sender, None)
@@ -47,7 +47,7 @@ def killed(arm: Arm, plan: Plan) -> Iterator[Check]:
 
 @contextlib.contextmanager
 def connections(arm: Arm, plan: Plan, *words: str) -> Iterator[tuple[RunningNode, Peer, Sender]]:
-    """Run a node with somebody who sends and somebody who listens."""
+    """Run a node with a sender and a listener."""
     with running_node(*words) as node, connected(arm) as peer, Sender(ROBOT, plan.seed, [peer.name]) as sender:
         yield node, peer, sender
 
@@ -76,12 +76,12 @@ def kill_often(
 
 
 class Asking(threading.Thread):
-    """A client of the library that asks for one solution after the other, whatever happens to the node."""
+    """An IkClient that requests one solution after another, also while the node is down."""
 
     def __init__(self, peer: Peer, pose: PoseStamped) -> None:
         super().__init__(name='asking')
         self._client, self._pose, self._over = IkClient(peer.node), pose, threading.Event()
-        self.answers = [0.0]  # when [s] each solution came
+        self.answers = [0.0]  # time [s] of each solution
         self.fault = ''
 
     def run(self) -> None:
@@ -89,7 +89,7 @@ class Asking(threading.Thread):
         while not self._over.is_set():
             try:
                 reply = self._client.solve(self._pose, TIMEOUT)
-                self.fault = self.fault or unless(reply.solved, f'the client was told: {reply.message}')
+                self.fault = self.fault or unless(reply.solved, f'the client reported: {reply.message}')
                 self.answers.append(time.monotonic())
             except NodeError as error:
                 self.fault = self.fault or f'the client gave up: {error}'

@@ -1,8 +1,9 @@
-"""Targets at 100 to 2000 a second beside joint states at 1000 a second, bursts of 10000 at once, two clients that send
-at the same time, subscribers that do not read, and 20 nodes in namespaces of one machine that are all sent targets at
-once. Clients are processes that only send, so that the rates are reached: where less than 90 % is, the row is wrong.
-The newest target wins: some are passed over where the node is slower, none is solved after a newer one of the same
-client, and the last one always is. Latencies, from sending a target to its solution, are those of all that were solved.
+"""Targets at 100 to 2000 a second with joint states at 1000 a second, bursts of 10000, two clients that send at the
+same time, subscribers that do not read, and 20 nodes in namespaces of one machine that all get targets at once.
+Clients are processes that only send, so that the rates are reached; a row with less than 90 % of its rate is wrong.
+The newest target wins: if the node is slower, some targets are dropped, none is solved after a newer one of the
+same client, and the last one always is. Latencies, from sending a target to its solution, are over all solved
+targets.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ SECONDS = 10.0  # of one rate
 WARM_UP = 5.0  # s
 BURST = 10_000
 TWO_RATE = 200.0  # Hz, of each of two clients
-SLOW_RATE = 100.0  # Hz, beside subscribers that do not read
+SLOW_RATE = 100.0  # Hz, with subscribers that do not read
 NODES = 20
 NODES_RATE, NODES_JOINT_RATE = 200.0, 400.0  # Hz, of all nodes together
 GROWTH = 2.0  # MB during a stretch
-MOST_LATENCY = 0.1  # s, 99th percentile; a target takes 0.05 s at most, and one may be under way
+MOST_LATENCY = 0.1  # s, 99th percentile; a target takes at most 0.05 s, and one may already be in progress
 FAIR = 0.25  # of two clients the one with fewer solutions has at least this share of the other's
 
 
@@ -68,13 +69,13 @@ def latency(what: str, stream: Stream) -> Check:
 
 
 def growth(what: str, before: float, node: RunningNode, most: float = GROWTH) -> Check:
-    """Judge how much memory [MB] came on top of what was there before."""
+    """Check the memory growth [MB]."""
     more = node.usage().memory - before
     return Check(what, f'{more:.2f} MB', unless(more < most, 'it grows'))
 
 
 def burst(count: int, seed: int, node: RunningNode, peer: Peer, sender: Sender) -> Iterator[Check]:
-    """Send many targets as fast as it goes, and nothing after; the last one must be solved."""
+    """Send many targets as fast as possible; the last one must be solved."""
     before, stream = node.usage(), Stream(peer, seed)
     sender.begin(AT_ONCE, count=count)
     while not sender.finished():
@@ -115,10 +116,10 @@ def slow_subscribers(plan: Plan, node: RunningNode, peer: Peer, sender: Sender) 
 
 @contextlib.contextmanager
 def never_reading(name: str) -> Iterator[None]:
-    """Subscribe to everything that a node publishes, and take none of it."""
+    """Subscribe to all topics of a node without reading them."""
     context = rclpy.Context()
     context.init()
-    idle = rclpy.create_node('idle', context=context)  # nobody spins it
+    idle = rclpy.create_node('idle', context=context)  # never spun
     keep_all = QoSProfile(depth=1, history=HistoryPolicy.KEEP_ALL)
     for topic in topics.TOPICS:
         if topic.direction == 'out':
@@ -131,7 +132,7 @@ def never_reading(name: str) -> Iterator[None]:
 
 
 def many_nodes(count: int, plan: Plan) -> Iterator[Check]:
-    """Run many nodes in namespaces and stream to all at once; each answers its own targets, and none of another."""
+    """Run many nodes in namespaces and stream to all at once; each must answer only its own targets."""
     names, began = [f'arm{k}' for k in range(count)], time.monotonic()
     with contextlib.ExitStack() as stack:
         nodes = [stack.enter_context(running_node('-r', f'__ns:=/{name}')) for name in progress(names, 'nodes')]

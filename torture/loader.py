@@ -33,7 +33,7 @@ PAGE = os.sysconf('SC_PAGE_SIZE')
 
 @dataclass(frozen=True)
 class Loaded:
-    """What became of a file: 'loaded', 'refused' or what went wrong; CPU time [s]; and the fault, if any."""
+    """Outcome of a file: 'loaded', 'refused' or an error; CPU time [s]; and the fault, if any."""
 
     outcome: str
     seconds: float
@@ -65,7 +65,7 @@ class Loader:
 
     def load(self, path: Path) -> Loaded:
         """Load a file."""
-        with contextlib.suppress(BrokenPipeError):  # that it answers nothing says more
+        with contextlib.suppress(BrokenPipeError):  # the missing reply is reported instead
             self._process.stdin.write(f'{path}\n'.encode())
             self._process.stdin.flush()
         line = self._answer(HANG)
@@ -82,7 +82,7 @@ class Loader:
         return Loaded('ended', HANG, f'{fault}: {_shown(path)}')
 
     def _answer(self, timeout: float) -> bytes:
-        """Return the next line; nothing where none comes in time."""
+        """Return the next line, or an empty text after the timeout."""
         readable = select.select([self._process.stdout], [], [], timeout)[0]
         return self._process.stdout.readline() if readable else b''
 
@@ -100,7 +100,7 @@ def main() -> None:
 
 
 def load(path: Path) -> tuple[str, float, str]:
-    """Load a file and use it; return what became of it, the CPU time [s], and what is wrong with that."""
+    """Load a file and use it; return the outcome, the CPU time [s] and the fault."""
     began = time.thread_time()
     try:
         arm = load_arm(path)
@@ -113,7 +113,7 @@ def load(path: Path) -> tuple[str, float, str]:
 
 
 def _badly_said(path: Path, error: str) -> str:
-    """Say what is wrong with an error: it names the file or the robot, and the place in it, and fills no log."""
+    """Return the fault of an error message: it must be short and name the file or robot and the place in it."""
     if not error.startswith((f'{path}: ', "robot '", 'robot "')) and 'no regular file' not in error:
         return f'an error that does not name the file: {error[:500]}'
     text = path.read_text(errors='replace') if path.is_file() else ''

@@ -28,7 +28,7 @@ TEXTS = (
 LENGTHS, LONG_LENGTHS = (0, 1, 2, 5, 6, 7, 12, 100), (1000, 10000)
 SOUND = 0.3  # share of the joint states
 LONG = 100_000  # characters
-TYPES = range(10)  # of ParameterValue, the first of which is none at all
+TYPES = range(10)  # of ParameterValue; the first is NOT_SET
 NO_TYPE = 77
 MOST_SECONDS = 0.2  # a longer deadline is allowed, and no hang
 
@@ -94,7 +94,7 @@ def _set_stamp(stamp: Any, random: Random) -> None:
 
 
 def any_change(random: Random, arm: Arm) -> Parameter:
-    """Return a parameter with a value: of its own type and range, of its own type, or of any other."""
+    """Return a parameter with a value of its type and range, of its type, or of any type."""
     name = random.choice((*PARAMETERS, 'use_sim_time', 'no_such_parameter', ''))
     value = _sensible(random, PARAMETERS[name], arm) if name in PARAMETERS else None
     message = Parameter(name=name, value=any_value(random) if value is None else value)
@@ -105,7 +105,7 @@ def any_change(random: Random, arm: Arm) -> Parameter:
 
 
 def _sensible(random: Random, option: Option, arm: Arm) -> ParameterValue | None:
-    """Return a value that may be allowed; None for one that hardly is."""
+    """Return a value that may be allowed, or None."""
     chance = random.random()
     if chance > 0.6:
         return None

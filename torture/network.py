@@ -1,7 +1,7 @@
-"""Node and client on two hosts: two network namespaces of this machine, joined by a cable that loses, delays and is cut
-(`torture/cable.py`). UDP alone, because shared memory would go round the network. The client streams targets; frames
-must really be lost and held up, some targets solved all the same, and after healing the newest one. Nothing leaves the
-machine.
+"""Node and client on two hosts: two network namespaces of this machine, connected by a cable that loses, delays and
+cuts (`torture/cable.py`). UDP only, because shared memory would bypass the network. The client streams targets.
+Frames must really be lost and delayed, some targets must be solved all the same, and the newest one after the cable
+is restored. No frame leaves the machine.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def run(plan: Plan) -> Iterator[Check]:
 
 
 def no_namespaces() -> str:
-    """Say why there can be no network namespaces, empty where there can."""
+    """Return why network namespaces are unavailable; empty if they are available."""
     if os.geteuid() != 0:
         return 'network namespaces need root'
     if not shutil.which('ip'):
@@ -82,7 +82,7 @@ def node_in(host: str) -> Iterator[RunningNode]:
 
 
 class Client:
-    """The client on the other host: a process that streams, and tells for every target when it was answered."""
+    """The client on the other host: a process that streams targets and reports when each was answered."""
 
     def __init__(self, host: str) -> None:
         self.sent, self.answered, self.wrong = 0, -1, 0
@@ -136,7 +136,7 @@ def in_weather(name: str, weather: Weather, plan: Plan, cable: Cable, client: Cl
 
 
 def not_tried(weather: Weather, share: float, median: float, count: int) -> str:
-    """Say that a weather was none: frames were not lost or held up as they should, or nothing was sent or solved."""
+    """Return why a run is void: frames were not lost or delayed as configured, or nothing was sent or solved."""
     if not count or median == math.inf:
         return f'{count} sent, none solved'
     if not LEAST * weather.loss <= share <= MOST * weather.loss:
@@ -146,7 +146,7 @@ def not_tried(weather: Weather, share: float, median: float, count: int) -> str:
 
 
 def cut(seconds: float, cable: Cable, client: Client) -> Check:
-    """Cut the cable for so long; the newest target must be solved after healing."""
+    """Cut the cable for a time [s]; the newest target must be solved after healing."""
     cable.weather = CUT
     for _ in ticking(seconds, 'partition'):
         time.sleep(0.5)
@@ -157,7 +157,7 @@ def cut(seconds: float, cable: Cable, client: Client) -> Check:
 
 
 def heal(cable: Cable, client: Client) -> tuple[float, str]:
-    """Clear the sky; return the seconds until a target that is sent then is solved, and what is wrong."""
+    """Restore the cable; return the time [s] until a new target is solved, and the fault."""
     cable.weather = CLEAR
     back = client.wait_for_answer()
     wrong = unless(not client.wrong, f'{client.wrong} wrong or stale answers')

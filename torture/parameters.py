@@ -1,8 +1,8 @@
-"""Any value of any type for any parameter, names that are none included, in any order, one by one and atomically, while
-another process streams targets. Every call is answered, every refusal has a reason, an atomic call that is refused has
-changed nothing, every target that the node took has its result, and afterwards the defaults are taken and a good target
-is solved. A value whose type ROS does not have gets no answer: rclpy raises before the node sees it; the node logs that
-and goes on.
+"""Any value of any type for any parameter, unknown names included, in any order, one by one and atomically, while
+another process streams targets. Every call gets a response, every refusal has a reason, a refused atomic call
+changes nothing, every target that the node received has its result, and afterwards the defaults are accepted and a
+good target is solved. A value with a type that ROS does not have gets no response: rclpy raises before the node
+sees it; the node logs that and continues.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ def fuzz(seed: int, count: int, node: RunningNode, peer: Peer, sender: Sender) -
 
 
 def answered(before: int, sender: Sender, stream: Stream, node: RunningNode, peer: Peer) -> Check:
-    """Compare what the node took with the results that came; `before` are results that were lost earlier.
+    """Compare the targets that the node received with the results; `before`: results lost earlier.
 
-    The stream goes on for a little, so that the last target is one of its own, which nothing newer replaces.
+    The stream continues briefly, so that the last target belongs to it and is not replaced by a newer one.
     """
     peer.spin(AFTER)
     sent = sender.end()
@@ -84,7 +84,7 @@ def answered(before: int, sender: Sender, stream: Stream, node: RunningNode, pee
 
 
 class Calls:
-    """Random calls of the parameter services, and what the node said."""
+    """Random calls of the parameter services, and their results."""
 
     def __init__(self, seed: int, peer: Peer) -> None:
         self._random, self._peer = Random(seed), peer
@@ -93,7 +93,7 @@ class Calls:
         self.tally: Counter[str] = Counter()
 
     def one(self) -> str:
-        """Change some parameters; say what is wrong with the answer."""
+        """Change some parameters; return the fault of the response."""
         random, peer = self._random, self._peer
         changes = [any_change(random, peer.arm) for _ in range(random.randint(1, MOST_AT_ONCE))]
         atomically = random.random() < 0.5
@@ -128,5 +128,5 @@ def no_such_type(node: RunningNode, peer: Peer) -> Check:
 
 
 def recovered(peer: Peer) -> str:
-    """Set the defaults and solve a good target; say what went wrong."""
+    """Set the defaults and solve a good target; return the fault."""
     return peer.set_defaults() or peer.fault(peer.arm.home)

@@ -35,10 +35,10 @@ DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
 
 
 class Listener(Protocol):
-    """Is told what comes back for targets that the peer did not send itself."""
+    """Receives the results of targets that the peer did not send itself."""
 
     def solution(self, stamp: int, names: Sequence[str], positions: Sequence[float], arrived: float) -> None:
-        """Note a solution, and when [s] it came."""
+        """Store a solution and its time [s]."""
 
     def result(self, stamp: int, outcome: str) -> None:
         """Note a result."""
@@ -50,9 +50,9 @@ def full_name(namespace: str) -> str:
 
 
 class Peer:
-    """One client of the node in `namespace`, with stamps of its own: they rise, and tell its targets from others'.
+    """One client of the node in `namespace`, with increasing stamps that identify its targets.
 
-    Several peers on one ROS node share an `executor`, and each of them takes what comes in for all.
+    Several peers on one ROS node share an `executor`, and each of them handles messages for all.
     """
 
     def __init__(self, node: Node, arm: Arm, namespace: str = '', executor: Executor | None = None) -> None:
@@ -99,7 +99,7 @@ class Peer:
             self.on_others.result(stamp, outcome)
 
     def forget(self) -> None:
-        """Begin a new stretch: forget what was sent and what came."""
+        """Start a new run: forget sent targets and results."""
         for notes in (self.sent, self.solutions, self.arrived, self.outcomes):
             notes.clear()
 
@@ -116,17 +116,17 @@ class Peer:
         self.joint_states.publish(JointState(name=list(self.arm.joint_names), position=[float(v) for v in q]))
 
     def spin(self, seconds: float) -> None:
-        """Take what comes in for so long."""
+        """Handle messages for a time [s]."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left)
 
     def spin_once(self) -> None:
-        """Take one thing that is there already, if any."""
+        """Handle one pending message, if any."""
         self.executor.spin_once(timeout_sec=0.0)
 
     def wait(self, condition: Callable[[], object], timeout: float = TIMEOUT) -> bool:
-        """Take what comes in until the condition holds; return whether it does."""
+        """Handle messages until a condition is true; return whether it is."""
         end = time.monotonic() + timeout
         while not condition():
             if time.monotonic() > end:
@@ -135,7 +135,7 @@ class Peer:
         return True
 
     def fault(self, q: np.ndarray, timeout: float = TIMEOUT) -> str:
-        """Send the joints and the pose of q (n,) until it is solved; say what is wrong with the answer."""
+        """Send joints and pose of q (n,) until it is solved; return the fault of the solution."""
         pose, end, stamps = self.pose(q), time.monotonic() + timeout, []
         while time.monotonic() < end:
             self.send_joints(q)
@@ -149,7 +149,7 @@ class Peer:
         return pose_message(self.arm.forward(q))
 
     def wrongness(self, stamp: int, q: np.ndarray) -> str:
-        """Say how a solution misses the pose of q (n,), judged by Pinocchio; empty where it is right."""
+        """Return the error of a solution for the pose of q (n,), by Pinocchio; empty if it is right."""
         message = self.solutions[stamp]
         if tuple(message.name) != self.arm.joint_names:
             return f'a solution for the joints {message.name}'
@@ -163,7 +163,7 @@ class Peer:
     def set_parameters(
         self, changes: Sequence[ParameterMessage], atomically: bool = True, timeout: float = TIMEOUT
     ) -> list[Any] | None:
-        """Set parameters and return the results; None where no answer came in time."""
+        """Set parameters and return the results, or None after the timeout."""
         client, kind = (
             (self._atomically, SetParametersAtomically) if atomically else (self._one_by_one, SetParameters)
         )
@@ -180,7 +180,7 @@ class Peer:
         return repr(response.values)
 
     def _call(self, client: Client, request: Any, timeout: float) -> Any:
-        """Call a service; return its answer, None where there is none in time."""
+        """Call a service; return its response, or None after the timeout."""
         end = time.monotonic() + timeout
         if not self.wait(client.service_is_ready, timeout):
             return None
@@ -202,7 +202,7 @@ class Peer:
             self.spin(0.001)
 
     def set_values(self, values: Mapping[str, Any]) -> str:
-        """Set parameters by name; say what is wrong with that."""
+        """Set parameters by name; return the fault."""
         plain = [(name, list(value) if isinstance(value, tuple) else value) for name, value in values.items()]
         results = self.set_parameters([Parameter(name, value=value).to_parameter_msg() for name, value in plain])
         if results is None:
@@ -210,7 +210,7 @@ class Peer:
         return '' if results[0].successful else f'refused: {results[0].reason}'
 
     def set_defaults(self) -> str:
-        """Set every parameter to its default; say what is wrong with that."""
+        """Set every parameter to its default; return the fault."""
         return self.set_values(DEFAULTS)
 
 

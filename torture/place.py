@@ -1,4 +1,4 @@
-"""Whether an error about a robot file says where in the file it is."""
+"""Check whether an error about a robot file names the place in the file."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import re
 POSITION = re.compile(r'\bline \d+|\bposition \d+')
 ELEMENT = re.compile(r'<(\w+)')
 QUOTED = re.compile(r"'((?:[^'\\]|\\.)+)'" + '|' + r'"((?:[^"\\]|\\.)+)"')
-ROBOT = re.compile(r"^robot ('.*?'|\".*?\"): ", re.S)  # its name says which robot, not where in it
-# What is wrong with a file as a whole has no place in it.
+ROBOT = re.compile(r"^robot ('.*?'|\".*?\"): ", re.S)  # the name of the robot is not a place in it
+# Errors about a whole file have no place in it.
 WHOLE = re.compile(
     'the file is empty|the robot has no links|the robot has [0-9]+ links|has [0-9]+ bytes|cannot be decoded|'
     'it is no regular file|declares a DOCTYPE|maximum recursion depth'

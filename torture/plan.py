@@ -1,4 +1,4 @@
-"""What a section is asked to do, and what it finds."""
+"""Input and findings of a section."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ LONGEST = 500  # characters of a fault in the summary
 
 @dataclass(frozen=True)
 class Plan:
-    """The size of a run. `seed` makes what is random; a section takes `count` or `minutes`, or its own default.
+    """The size of a run: the random `seed`, and `count` or `minutes`, or the section's default.
 
-    `group`: the one group of the section solves that is run, None for all.
+    `group`: the only group of the section solves to run, None for all.
     """
 
     seed: int = 2026
@@ -37,15 +37,15 @@ class Plan:
         return ' '.join([*words, again]) if again and self.group is None else ' '.join(words)
 
     def seconds(self, default: float) -> float:
-        """Return how long a stretch of time is, `default` [s] unless the user said otherwise."""
+        """Return a duration [s]: that of the user, or `default`."""
         return default if self.minutes is None else 60.0 * self.minutes
 
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the summary: what was tried, the figure that came out, and the fault, empty where it is right.
+    """One line of the summary: the subject, its figure, and the fault, which is empty if it is right.
 
-    again: options that make less of the section and show the same fault.
+    again: options that reproduce the fault with less of the section.
     """
 
     what: str
@@ -67,7 +67,7 @@ class Check:
 
     @property
     def wrong(self) -> bool:
-        """Whether the exit code has to say so; what this machine cannot try is no fault."""
+        """Return whether this is a fault; checks that this machine cannot run are not."""
         return bool(self.fault) and not self.skipped
 
 
@@ -77,7 +77,7 @@ def skipped(what: str, reason: str) -> Check:
 
 
 def unless(holds: bool, fault: str) -> str:
-    """Return the fault, or nothing where what should hold does."""
+    """Return the fault, or an empty text if the condition is true."""
     return '' if holds else fault
 
 

@@ -15,7 +15,7 @@ Written by `scripts/torture`, section by section; run it again instead of editin
 run.
 """
 HEADING = re.compile(r'^## ', re.M)
-NOT_THE_CODE = ':!docs/reliability.md'  # what the section before has just written
+NOT_THE_CODE = ':!docs/reliability.md'  # written by the previous section
 NAMED = 5  # changed files
 
 
@@ -43,7 +43,7 @@ def _sections(path: Path) -> dict[str, str]:
 
 
 def commit() -> str:
-    """Return the commit that is tried, and what was changed since then and could not be found again."""
+    """Return the tested commit, and the uncommitted changes that make it irreproducible."""
     try:
         name, changed = _git('rev-parse', '--short=12', 'HEAD'), _git('status', '--porcelain', '--', '.', NOT_THE_CODE)
     except (OSError, subprocess.CalledProcessError):

@@ -18,7 +18,7 @@ import numpy as np
 
 from bench.process import ROOT
 
-START_TIMEOUT = 900.0  # s; two first starts at once compile on every core, for minutes where others need them too
+START_TIMEOUT = 900.0  # s; two first starts at once compile on every core, for minutes on a busy machine
 STOP_TIMEOUT = 20.0  # s
 PAGE = os.sysconf('SC_PAGE_SIZE')
 NODE = 'ros_ik_pkg.ros.ik_node'
@@ -29,7 +29,7 @@ TARGETS, JOINT_STATES = range(2)  # places in the file of counts
 
 @dataclass(frozen=True)
 class Usage:
-    """What a process holds at one moment."""
+    """Resources of a process at one time."""
 
     memory: float  # MB resident
     files: int
@@ -42,7 +42,7 @@ def map_counts(path: str | os.PathLike[str], mode: Literal['r+', 'w+']) -> np.nd
 
 
 class RunningNode:
-    """An IK node in a process of its own; what it says goes to a log file."""
+    """An IK node in a separate process, with its output in a log file."""
 
     def __init__(
         self, log: Path, words: Sequence[str] = (), before: Sequence[str] = (), program: str = NODE, **environment: str
@@ -55,7 +55,7 @@ class RunningNode:
         self.start()
 
     def start(self) -> None:
-        """Start the process, anew after a kill; the log begins again."""
+        """Start the process, also after a kill; the log is truncated."""
         with self.log.open('wb') as output:
             self.process = subprocess.Popen(
                 self._command, env=self._environment, cwd=ROOT, stdout=output, stderr=subprocess.STDOUT,
@@ -63,7 +63,7 @@ class RunningNode:
             )  # fmt: skip
 
     def wait_until_ready(self) -> float:
-        """Wait until the node says that it is ready; return the seconds that took. Raises RuntimeError."""
+        """Wait until the node logs that it is ready; return the time [s]. Raises RuntimeError."""
         began = time.monotonic()
         while 'ready: ' not in self.said():
             if not self.alive or time.monotonic() > began + START_TIMEOUT:
@@ -85,7 +85,7 @@ class RunningNode:
         return self.said().count('\n')
 
     def usage(self) -> Usage:
-        """Read what the process holds from /proc."""
+        """Return the resources of the process from /proc."""
         proc = Path(f'/proc/{self.process.pid}')  # also behind `unshare` and `ip netns exec`, which become the node
         pages = int((proc / 'statm').read_text().split()[1])
         return Usage(pages * PAGE / 2**20, len(os.listdir(proc / 'fd')), len(os.listdir(proc / 'task')))
@@ -100,7 +100,7 @@ class RunningNode:
         self.process.wait()
 
     def stop(self) -> int:
-        """End the process as Ctrl-C would; return its exit code, that of a kill where it hangs."""
+        """Stop the process as Ctrl-C does; return its exit code, or that of a kill if it hangs."""
         if self.alive:
             os.killpg(self.process.pid, signal.SIGINT)
         try:
@@ -110,7 +110,7 @@ class RunningNode:
             return self.process.wait()
 
     def fault(self) -> str:
-        """Say what went wrong with the process, empty where nothing did."""
+        """Return the fault of the process; empty if there is none."""
         if not self.alive:
             return f'the node ended with {self.process.returncode}: {self.said()[-500:]}'
         return f'in the log: {self.said()[-500:]}' if 'Traceback' in self.said() else ''

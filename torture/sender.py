@@ -1,7 +1,7 @@
-"""A process that sends targets and joint states and does nothing else, so that it keeps its rates.
+"""A process that only sends targets and joint states, so that it keeps its rates.
 
-It sends to one node or, in turns, to several, each of which gets stamps of a client of its own (`waypoints.py`). Every
-line of its input, JSON, is an order: rates and a time, or the end of what it is doing. Done, it prints what it sent.
+It sends to one node or alternately to several, each with the stamps of a separate client (`waypoints.py`). Every
+line of its input is a JSON order: rates and a duration, or stop. After an order it prints what it sent.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class Sending:
         self._number = 0
 
     def wait_for_nodes(self) -> None:
-        """Wait until every publisher has somebody to listen; raises RuntimeError."""
+        """Wait until every publisher has a subscriber; raises RuntimeError."""
         end = time.monotonic() + DISCOVERY
         while not all(publisher.get_subscription_count() for publisher in (*self._targets, *self._joint_states)):
             if time.monotonic() > end:
@@ -70,7 +70,7 @@ class Sending:
             time.sleep(0.01)
 
     def send(self, rate: float, joint_rate: float, seconds: float, count: float = math.inf) -> dict[str, Any]:
-        """Send at these rates [Hz] for so long [s], until so many targets are out, or until there is another order."""
+        """Send at these rates [Hz] for a duration [s], up to a number of targets, or until the next order."""
         began, targets, joints, last = time.monotonic(), 0, 0, {}
         while (elapsed := time.monotonic() - began) < seconds and targets < count and self._orders.empty():
             if joints <= elapsed * joint_rate:

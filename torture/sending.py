@@ -15,14 +15,14 @@ from bench.process import ROOT
 
 JOINT_RATE = 1000.0  # Hz
 REACHED = 0.9  # share of a rate below which it was not tried
-LONG = 1e9  # s, until it is told to stop
+LONG = 1e9  # s, until the order to stop
 AT_ONCE = 1e9  # Hz
 TIMEOUT = 60.0  # s to start, and to stop
 
 
 @dataclass(frozen=True)
 class Sent:
-    """What was sent in one stretch; `last`: the stamp [ns] of the last target of each client."""
+    """Numbers of sent messages; `last`: the stamp [ns] of the last target of each client."""
 
     targets: int
     joint_states: int
@@ -37,7 +37,7 @@ class Sent:
         )
 
     def too_slow(self, rate: float, joint_rate: float = JOINT_RATE) -> str:
-        """Say which of the rates [Hz] was not reached, empty where both were."""
+        """Return which rate [Hz] was not reached; empty if both were."""
         figures = {'targets': (self.targets, rate), 'joint states': (self.joint_states, joint_rate)}
         slow = [f'{what} at {count / self.seconds:.0f} Hz instead of {wanted:g}'
                 for what, (count, wanted) in figures.items() if count < REACHED * wanted * self.seconds]  # fmt: skip
@@ -67,7 +67,7 @@ class Sender:
     def begin(
         self, rate: float, seconds: float = LONG, joint_rate: float = JOINT_RATE, count: int | None = None
     ) -> None:
-        """Begin to send at these rates [Hz], for so long [s], or so many targets."""
+        """Start to send at these rates [Hz], for a duration [s] or a number of targets."""
         order = {'rate': rate, 'seconds': seconds, 'joint_rate': joint_rate, **({'count': count} if count else {})}
         self._sent = None
         self._write(json.dumps(order))
@@ -93,7 +93,7 @@ class Sender:
         return bool(select.select([self._process.stdout], [], [], timeout)[0])
 
     def _read(self, timeout: float) -> Any:
-        """Return the next answer; raises RuntimeError where none comes."""
+        """Return the next reply; raises RuntimeError after the timeout."""
         line = self._process.stdout.readline() if self._readable(timeout) else b''
         if not line:
             raise RuntimeError('the process that sends does not answer')

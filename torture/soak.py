@@ -1,8 +1,8 @@
-"""Targets at 500 Hz beside joint states at 1000 Hz, by a process that only sends, while somebody listens to every topic
-that the node has; a change of parameters every two seconds, the robot loaded anew and all methods compared among them.
-Memory, file handles and threads of the node are read from /proc every second; what counts is what they do after the
-first tenth of the time, in short runs after two minutes or half of it. The rates must be reached to 90 %, and the node
-must answer at least a tenth of the targets.
+"""Targets at 500 Hz and joint states at 1000 Hz, from a process that only sends, with a subscriber to every topic of
+the node. Parameters change every two seconds; the changes include loading the robot again and comparing all
+methods. Memory, file handles and threads of the node are read from /proc every second; their growth is measured
+after the first tenth of the time, in short runs after two minutes or half of the time. The rates must reach 90 %,
+and the node must solve at least a tenth of the targets.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SECONDS = 20 * 60.0
 RATE = 500.0  # Hz
 LEAST_ANSWERED = 0.1  # of the targets; others are passed over for newer ones
 STEP = 1.0  # s between two looks at the node
-STRETCH = 60.0  # s after which what came is judged and forgotten, or this process would grow
+STRETCH = 60.0  # s per run; afterwards the results are checked and dropped, so that this process does not grow
 WARM_UP = 0.1  # of the time
 SETTLING = 120  # looks, in a short run
 GROWTH = 2.0  # MB
@@ -60,7 +60,7 @@ def run(plan: Plan) -> Iterator[Check]:
 
 
 class Soak:
-    """What was sent, what came back, and what the node held every second."""
+    """Sent messages, results, and the resources of the node every second."""
 
     def __init__(self, seed: int, node: RunningNode, peer: Peer, sender: Sender) -> None:
         self._seed, self._node, self._peer, self._sender = seed, node, peer, sender
@@ -69,7 +69,7 @@ class Soak:
         self.usages: list[Usage] = []
 
     def stream(self, seconds: float) -> str:
-        """Stream and change parameters, stretch by stretch; say what went wrong."""
+        """Stream and change parameters in several runs; return the fault."""
         fault, rest = '', seconds
         while rest > 0.0 and not fault:
             fault = self._stretch(min(rest, STRETCH))
@@ -77,7 +77,7 @@ class Soak:
         return fault
 
     def _stretch(self, seconds: float) -> str:
-        """Stream for one stretch, and judge what came."""
+        """Stream for one run and check the results."""
         stream = Stream(self._peer, self._seed)
         self._sender.begin(RATE, seconds)
         fault = self._change_meanwhile(seconds)
@@ -88,7 +88,7 @@ class Soak:
         return fault
 
     def _change_meanwhile(self, seconds: float) -> str:
-        """Look at the node every second and change parameters every other; say what went wrong."""
+        """Read resources every second and change parameters every two seconds; return the fault."""
         for _ in watching(seconds, 'soak', self._sender.finished):
             self._peer.spin(STEP)
             self.usages.append(self._node.usage())
@@ -99,7 +99,7 @@ class Soak:
         return ''
 
     def sent(self) -> Sent:
-        """Return what was sent in all stretches."""
+        """Return what was sent in all runs."""
         counts = [(sent.targets, sent.joint_states, sent.seconds) for sent in self._parts]
         return Sent(*(sum(numbers) for numbers in zip(*counts)), {})
 
@@ -123,7 +123,7 @@ def after_warm_up(usages: Sequence[Usage]) -> Sequence[Usage]:
 
 
 def judged(usages: Sequence[Usage]) -> Iterator[Check]:
-    """Compare the end with the begin: medians of a tenth of the samples each, for memory goes up and down."""
+    """Compare the end with the start, by medians of a tenth of the samples, because memory fluctuates."""
     tenth = max(1, len(usages) // 10)
     begin, end = (float(np.median([usage.memory for usage in part])) for part in (usages[:tenth], usages[-tenth:]))
     growth = end - begin

@@ -1,8 +1,8 @@
-"""Random arms and all shipped ones, all methods, options drawn from their ranges, seeds inside and outside the
-limits, targets reachable, singular, out of reach and degenerate. Pinocchio's forward kinematics judges every answer:
-converged means within tolerance and limits; all else has a reason; nothing is NaN; and no solve takes more CPU time
-than its deadline and a millisecond. A solve counts as late where three of three tries are: its work is the same every
-time, and what a busy or virtual machine adds is not.
+"""Random arms and all shipped ones, all methods, options drawn from their ranges, seeds inside and outside the limits,
+targets reachable, singular, out of reach and degenerate. Pinocchio's forward kinematics checks every solution:
+converged means within tolerance and limits; every other solve has a reason; nothing is NaN; and no solve takes more
+CPU time than its deadline and a millisecond. A solve counts as late if three of three attempts are late: its work
+is the same every time, while delays by a busy or virtual machine are not.
 """
 
 from __future__ import annotations
@@ -32,6 +32,6 @@ def run(plan: Plan) -> Iterator[Check]:
 
 
 def _unless_all_alike(tally: Tally, plan: Plan) -> str:
-    """Say that too little was tried where all solves of several groups had one outcome."""
+    """Return a fault if all solves of several groups had one outcome, because too little was tried."""
     varied = len(tally.statuses) > 1 or plan.group is not None
     return unless(varied, 'nothing but one outcome: what was tried?')

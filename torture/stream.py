@@ -1,4 +1,4 @@
-"""What comes back for a stream of good targets, and what is wrong with it."""
+"""Results for a stream of good targets, and their faults."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from torture.plan import watching
 from torture.sending import JOINT_RATE, Sender, Sent
 from torture.waypoints import client_of, sent_at, waypoints, which_of
 
-STEP = 0.1  # s between two looks at who sends
+STEP = 0.1  # s between checks of the senders
 
 
 class Stream:
-    """The answers of the node of a peer to targets of others: of all, or of the `client` whose node it is alone."""
+    """The results of a peer's node for targets of all senders, or only of `client`."""
 
     def __init__(self, peer: Peer, seed: int, client: int | None = None) -> None:
         self._peer, self._client = peer, client
         self._joints = waypoints(peer.arm, seed)
-        peer.spin(0.2)  # what is still on the way belongs to the stretch before
+        peer.spin(0.2)  # messages still in transit belong to the previous run
         self.solutions: dict[int, tuple[Sequence[str], Sequence[float]]] = {}  # names and positions by stamp
-        self.arrived: dict[int, float] = {}  # when [s] a solution came
-        self.results: list[int] = []  # stamps in the order in which results came
+        self.arrived: dict[int, float] = {}  # time [s] of a solution
+        self.results: list[int] = []  # stamps in the order of the results
         self.outcomes: dict[int, str] = {}
         peer.on_others = self
 
@@ -40,7 +40,7 @@ class Stream:
     def go(
         self, senders: Sequence[Sender], text: str, rate: float, seconds: float, joint_rate: float = JOINT_RATE
     ) -> list[Sent]:
-        """Let others send, all at the same time, and take what comes in meanwhile; return what each has sent."""
+        """Let several senders send at the same time and handle the results; return what each has sent."""
         for sender in senders:
             sender.begin(rate, seconds, joint_rate)
         for _ in watching(seconds, text, lambda: all(sender.finished() for sender in senders)):
@@ -48,7 +48,7 @@ class Stream:
         return [sender.end() for sender in senders]
 
     def latency(self, percent: float) -> float:
-        """Return the percentile of the times from sending a target to its solution [s], infinite where none came."""
+        """Return the percentile of the times from sending a target to its solution [s], infinite if there is none."""
         times = [arrived - sent_at(stamp) for stamp, arrived in self.arrived.items()]
         return float(np.percentile(times, percent)) if times else float('inf')
 
@@ -57,7 +57,7 @@ class Stream:
         return sum(client is None or client_of(stamp) == client for stamp in self.solutions)
 
     def stale(self) -> int:
-        """Return how many results came after one to a newer target of the same client."""
+        """Return the number of results that came after one for a newer target of the same client."""
         newest: dict[int, int] = {}
         late = 0
         for stamp in self.results:
@@ -66,7 +66,7 @@ class Stream:
         return late
 
     def figure(self, sent: Sent) -> str:
-        """Say what was sent, and what became of it."""
+        """Return a summary of the sent targets and their results."""
         over = 100.0 * (1.0 - len(self.results) / max(sent.targets, 1))
         return (
             f'{sent.figure()}, {self.solved()} solved, {max(over, 0.0):.0f} % passed over, '
@@ -74,7 +74,7 @@ class Stream:
         )
 
     def fault_at_end(self, last: int, timeout: float = TIMEOUT) -> str:
-        """Wait for the answer to the last target; say what is wrong with it, or with any other."""
+        """Wait for the result of the last target; return the fault of it or any other."""
         self._peer.wait(lambda: last in self.outcomes, timeout)
         self._peer.wait(lambda: last in self.solutions or self.outcomes.get(last) != SOLVED, timeout)
         if last not in self.solutions:

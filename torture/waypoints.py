@@ -1,4 +1,4 @@
-"""The targets of a stream, and stamps that say of each who sent it, which one it is, and when."""
+"""The targets of a stream, with stamps that encode the client, the number and the time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The methods side by side on one target: figures, words, tables, plots; without ROS."""
+"""Compare the methods on one target: figures, sentences, tables and plots; without ROS."""
 
 from ros_ik_pkg.compare.runs import MethodRun, compare_methods
 from ros_ik_pkg.compare.words import describe, describe_run

@@ -1,9 +1,10 @@
-"""Compare the methods on one target, or over many: table, picture, files."""
+"""Compare the methods on one target or on many: table, plot, files."""
 
 from __future__ import annotations
 
 import argparse
 import codecs
+import io
 import shutil
 import signal
 import sys
@@ -27,9 +28,9 @@ from ros_ik_pkg.compare.words import describe
 from ros_ik_pkg.ik import METHODS, OPTIONS, ArgumentError, IkError, OptionError, SolveOptions, load_arm, warm_up
 from ros_ik_pkg.ik.options import Option
 
-WIDTH = 100  # columns of what is no terminal
+WIDTH = 100  # columns, if the output is not a terminal
 PICTURES = ('.png', '.svg', '.pdf')
-PLAIN = {'°': ' deg', 'µ': 'u', '█': '#', '░': '.'}  # for outputs that do not have these
+PLAIN = {'°': ' deg', 'µ': 'u', '█': '#', '░': '.'}  # for encodings that lack these characters
 DECLARED = {option.name: option for option in OPTIONS}
 OPTIONS_OF = {
     'max_iterations': ('max_iterations',),
@@ -45,7 +46,7 @@ def arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='compare', description=__doc__)
     add = parser.add_argument
     add('--robot', default=NOTES_ROBOT, help='robot of config/robots, .urdf, .xacro or DH .yaml (default: %(default)s)')
-    add('--seed', nargs='+', type=float, metavar='Q', help='joints [deg or m] (default: of the notes, else home)')
+    add('--seed', nargs='+', type=float, metavar='Q', help='joints [deg or m] (default: that of the notes, else home)')
     add('--target', nargs=6, type=float, metavar=('X', 'Y', 'Z', 'ROLL', 'PITCH', 'YAW'), help='pose [m], [deg]')
     add('--methods', nargs='+', choices=METHODS, default=METHODS, metavar='NAME', help='default: all five')
     add('--tolerance', type=float, default=1e-6, help='for position [m] and orientation [rad] (default: %(default)s)')
@@ -58,12 +59,12 @@ def arguments() -> argparse.ArgumentParser:
     add('--notebook', type=Path, metavar='FILE.ipynb', help='write a notebook that repeats this without ROS')
     add('--csv', type=Path, metavar='FILE', help='write every iterate of every method')
     add('--json', type=Path, metavar='FILE', help='write the problem, the options, the figures and every iterate')
-    add('--sweep', type=int, metavar='N', help='instead: the methods on N regular and N singular random targets')
+    add('--sweep', type=int, metavar='N', help='run the methods on N regular and N singular random targets instead')
     return parser
 
 
 def picture(text: str) -> Path:
-    """Return the file of a picture, a PNG where the name does not say what; what it says must be one of PICTURES."""
+    """Return the path of a plot, with .png as the default suffix; refuses suffixes that are not in PICTURES."""
     path = Path(text) if Path(text).suffix else Path(f'{text}.png')
     if path.suffix.lower() not in PICTURES:
         raise argparse.ArgumentTypeError(f'{text!r}: expected a name that ends in {", ".join(PICTURES)}')
@@ -71,7 +72,7 @@ def picture(text: str) -> Path:
 
 
 def read_arguments() -> argparse.Namespace:
-    """Return the arguments that were given; ends the program where they contradict each other."""
+    """Return the parsed arguments; exits if they contradict each other."""
     parser = arguments()
     given = parser.parse_args()
     given.methods = tuple(dict.fromkeys(given.methods))
@@ -79,12 +80,12 @@ def read_arguments() -> argparse.Namespace:
         if given.sweep < 1 or given.plot or given.animate or given.notebook or given.csv or given.json:
             parser.error('--sweep takes a number above 0, and writes no files')
         if given.seed or given.target:
-            parser.error('--sweep takes no --seed and no --target: those of a sweep are random')
+            parser.error('--sweep excludes --seed and --target, because those of a sweep are random')
     return given
 
 
 def solve_options(given: argparse.Namespace) -> SolveOptions:
-    """Return the options that were given; raises OptionError that names the argument where one is out of range."""
+    """Return the solve options; raises OptionError that names the argument if one is out of range."""
     values: dict[str, Any] = {}
     for argument, names in OPTIONS_OF.items():
         value = getattr(given, argument)
@@ -102,9 +103,9 @@ def _checked(argument: str, value: Any, option: Option) -> Any:
 
 
 def given_problem(given: argparse.Namespace) -> Problem:
-    """Return the problem that was given; raises an IkError that names the argument.
+    """Return the problem; raises an IkError that names the argument if one is wrong.
 
-    A seed outside the limits begins at the limits, which is said.
+    A seed outside the limits is clipped to them, with a message.
     """
     arm = load_arm(given.robot)
     if given.seed and (len(given.seed) != arm.n or not np.isfinite(given.seed).all()):
@@ -116,7 +117,7 @@ def given_problem(given: argparse.Namespace) -> Problem:
     seed = np.clip(problem.seed, arm.lower, arm.upper)
     for joint in np.flatnonzero(seed != problem.seed):
         low, high, start = (as_typed(arm, values)[joint] for values in (arm.lower, arm.upper, seed))
-        say(f'--seed: {arm.joint_names[joint]} is outside its limits {low:g} to {high:g}; it starts at {start:g}')
+        say(f'--seed: {arm.joint_names[joint]} is outside its limits {low:g} to {high:g}; starting at {start:g}')
     return replace(problem, seed=seed)
 
 
@@ -125,13 +126,13 @@ def _typed(numbers: Sequence[float]) -> str:
 
 
 def say(text: str) -> None:
-    """Print a line about the command itself."""
+    """Print a message of the command to standard error."""
     print(f'compare: {text}', file=sys.stderr)
 
 
 def main() -> int:
-    """Run the command line; 0 when it did what was asked, whatever the methods made of it."""
-    write_plainly()
+    """Run the command; returns 0 even if methods fail to converge, 1 for a wrong argument."""
+    replace_missing_characters()
     given = read_arguments()
     try:
         options = solve_options(given)
@@ -149,28 +150,31 @@ def main() -> int:
     return 0
 
 
-def write_plainly() -> None:
-    """Write what the encoding of the output does not have in other letters; end quietly where nobody reads on."""
-    codecs.register_error('plain', lambda error: (''.join(PLAIN.get(c, '?') for c in _missing(error)), error.end))
+def replace_missing_characters() -> None:
+    """Replace characters that the output's encoding lacks, and exit quietly if the reader closes the pipe."""
+    codecs.register_error('plain', _plain)
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors='plain')
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors='plain')
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
 
 
-def _missing(error: Any) -> str:
-    return error.object[error.start : error.end]
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeEncodeError)
+    missing = error.object[error.start : error.end]
+    return ''.join(PLAIN.get(character, '?') for character in missing), error.end
 
 
 def compare(problem: Problem, given: argparse.Namespace, options: SolveOptions) -> None:
-    """Print the table of one target and write the files that were asked for."""
+    """Print the table of one target and write the requested files."""
     question = problem.arm, problem.target, problem.seed, given.methods, options
-    compare_methods(*question)  # the first runs of a process take longer than those that a user waits for
+    compare_methods(*question)  # a warm-up, because the first runs of a process are slower
     runs = compare_methods(*question)
     print(heading(problem, given))
     print(runs_table(runs, can_colour(sys.stdout)))
     print('\n' + textwrap.fill(describe(runs), shutil.get_terminal_size((WIDTH, 0)).columns, break_long_words=False))
     if given.plot:
-        from ros_ik_pkg.compare.plots import save_picture  # matplotlib is asked for by this alone
+        from ros_ik_pkg.compare.plots import save_picture  # only plots need matplotlib
 
         save_picture(given.plot, problem, runs)
     if given.animate:
@@ -188,8 +192,8 @@ def compare(problem: Problem, given: argparse.Namespace, options: SolveOptions) 
 
 
 def heading(problem: Problem, given: argparse.Namespace) -> str:
-    """Say what is being solved."""
-    x, y, z, roll, pitch, yaw = numbers_of(problem.target).round(3) + 0.0  # no minus before a zero
+    """Return a line that describes the problem."""
+    x, y, z, roll, pitch, yaw = numbers_of(problem.target).round(3) + 0.0  # turns -0.0 into 0.0
     roll, pitch, yaw = (round(angle, 1) + 0.0 for angle in (roll, pitch, yaw))
     return (
         f'{problem.arm.name}: target x {x:.3f} y {y:.3f} z {z:.3f} m, '
@@ -203,14 +207,14 @@ def sweep(problem: Problem, given: argparse.Namespace, options: SolveOptions) ->
     table = sweep_table(run_sweep(problem.arm, given.sweep, given.methods, options, bar))
     print(
         f'{problem.arm.name}: {given.sweep} regular and {given.sweep} singular targets, seeds within {NEAR:g} rad '
-        f'(or m) of an answer in every joint,\none descent of {given.max_iterations} iterations at most, tolerance '
+        f'(or m) of a solution in every joint,\none descent of at most {given.max_iterations} iterations, tolerance '
         f'{given.tolerance:g} m and rad\n'
     )
     print(colour_names(table) if can_colour(sys.stdout) else table)
 
 
 def colour_names(table: str) -> str:
-    """Colour the methods' names in the head of a table as their curves."""
+    """Return a table with the method names in its header in their colours."""
     head, _, rest = table.partition('\n')
     words = ((word, COLOURS[word]) for word in head.split())
     for word, colour in words:

@@ -1,4 +1,4 @@
-"""Comparisons as files: CSV with one row for each iterate, JSON with everything."""
+"""Write comparisons to files: CSV with one row per iterate, JSON with everything."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ros_ik_pkg.compare.runs import MethodRun
 from ros_ik_pkg.ik import OPTIONS, TRACE_COLUMNS, SolveOptions
 
 FIGURES = ('iterations', 'position_error', 'orientation_error', 'time', 'sigma_min', 'joints_at_limits')
-WHOLE = ('attempt', 'iteration', 'joints_at_limits')
+COUNTS = ('attempt', 'iteration', 'joints_at_limits')
 
 
 def write_csv(path: Path, problem: Problem, runs: Sequence[MethodRun]) -> None:
-    """Write every iterate of every run: method, how the run ended, the trace, the tip [m], the joints [rad, m]."""
+    """Write every iterate of every run: method, status, trace columns, tip [m], joints [rad, m]."""
     with path.open('w', newline='') as file:
         writer = csv.writer(file)
         writer.writerow(['method', 'status', *TRACE_COLUMNS, 'tip_x', 'tip_y', 'tip_z', *problem.arm.joint_names])
@@ -28,10 +28,11 @@ def write_csv(path: Path, problem: Problem, runs: Sequence[MethodRun]) -> None:
 
 
 def _rows(run: MethodRun) -> Iterator[list[float]]:
-    """Return the rows of a run, whole numbers as such."""
-    whole = [TRACE_COLUMNS.index(name) for name in WHOLE]
-    for row in np.hstack([run.trace.rows, run.trace.tip_positions, run.trace.joint_positions]).tolist():
-        for k in whole:
+    """Yield the rows of a run, with counts as integers."""
+    counts = [TRACE_COLUMNS.index(name) for name in COUNTS]
+    trace = run.iterates
+    for row in np.hstack([trace.rows, trace.tip_positions, trace.joint_positions]).tolist():
+        for k in counts:
             row[k] = int(row[k])
         yield row
 
@@ -39,9 +40,9 @@ def _rows(run: MethodRun) -> Iterator[list[float]]:
 def write_json(
     path: Path, problem: Problem, runs: Sequence[MethodRun], options: SolveOptions, robot: str
 ) -> None:
-    """Write the problem and all runs; numbers that are not finite become null, as JSON asks.
+    """Write the problem and all runs; numbers that are not finite become null, which JSON requires.
 
-    `arguments` are those that the command takes, angles in degrees, so that the comparison can be repeated.
+    `arguments` are the arguments of the command, with angles in degrees, so that the comparison can be repeated.
     """
     document = {
         'robot': problem.arm.name,
@@ -62,7 +63,7 @@ def write_json(
 
 
 def _document(run: MethodRun) -> dict[str, Any]:
-    trace = run.trace
+    trace = run.iterates
     return {
         'status': run.status.label,
         **{name: getattr(run, name) for name in FIGURES},
@@ -73,7 +74,7 @@ def _document(run: MethodRun) -> dict[str, Any]:
 
 
 def _finite(value: Any) -> Any:
-    """Return a document with null in place of inf and NaN, and lists in place of arrays."""
+    """Return a document with None for inf and NaN, and lists for arrays."""
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

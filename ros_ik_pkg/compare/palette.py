@@ -1,4 +1,4 @@
-"""One colour for each method, everywhere: those of Okabe and Ito, which the colour-blind tell apart."""
+"""Colours of the methods, the same everywhere: the Okabe-Ito palette, which is safe for colour-blind readers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ COLOURS = {
     'adaptive_dls': '#009e73',
     'sdls': '#56b4e9',
 }
-# On a dark ground blue and green are too dark to be seen well.
+# On a dark background, blue and green have too little contrast.
 COLOURS_ON_DARK = {**COLOURS, 'dls': '#6c8cff', 'adaptive_dls': '#1fc79a', 'pinv': '#e08fc0'}
 TARGET = '#d7261e'
 GOOD, BAD = '#2b8a4b', '#d7261e'

@@ -1,4 +1,4 @@
-"""A progress bar for long runs, on the error stream, where somebody can see it."""
+"""A progress bar on standard error, if that is a terminal."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable
 
 WIDTH = 32
-PERIOD = 0.1  # s between two drawings
+PERIOD = 0.1  # s between updates
 
 
 def progress_bar(total: int, label: str) -> Callable[[int], None]:
-    """Return a function that takes how many more are done and draws the bar; silent where no terminal is."""
+    """Return a function that adds to the count and draws the bar; it is silent without a terminal."""
     done, drawn = 0, 0.0
 
     def advance(more: int) -> None:

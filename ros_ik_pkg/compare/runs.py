@@ -1,4 +1,4 @@
-"""Every method on one target: one descent each, from the same seed."""
+"""Run every method on one target: one descent each, from the same seed."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ros_ik_pkg.ik import METHODS, Arm, SolveOptions, Status, Trace, solve
 
 @dataclass(frozen=True)
 class MethodRun:
-    """What one method made of a target.
+    """Outcome of one method on one target.
 
     position_error [m], orientation_error [rad]: of the last configuration.
-    time: seconds of a solve that keeps no trace, the time that a user waits.
-    sigma_min: smallest singular value of the Jacobian that was met on the way.
-    joints_at_limits: names of the joints that sit at a limit in the last configuration.
-    trace: every iterate, None where only the figures are known.
+    time: of a solve without a trace, which is what a user waits for [s].
+    sigma_min: smallest singular value of the Jacobian over the iterates.
+    joints_at_limits: names of the joints that are at a limit in the last configuration.
+    trace: every iterate, or None if only the figures are known.
     """
 
     method: str
@@ -30,6 +30,13 @@ class MethodRun:
     sigma_min: float
     joints_at_limits: tuple[str, ...] = ()
     trace: Trace | None = None
+
+    @property
+    def iterates(self) -> Trace:
+        """The trace; raises ValueError if only the figures are known."""
+        if self.trace is None:
+            raise ValueError(f'the run of {self.method} has no trace')
+        return self.trace
 
 
 def compare_methods(
@@ -47,19 +54,19 @@ def compare_methods(
     target : (4, 4) array
         Pose of the tip frame in the base frame [m].
     seed : (n,) array
-        Where every method starts [rad, m].
+        Configuration that every method starts from [rad, m].
     methods : sequence of str
-        Names of METHODS, in the order of the runs.
+        Names from METHODS, in the order in which they run.
     options : SolveOptions, optional
-        Tolerances, damping and the rest; a single descent without a deadline is made of them, so that
-        the iterations alone bound a run.
+        Tolerances, damping and so on. Each run is a single descent without a deadline, so that only the
+        iterations bound it.
 
     Raises
     ------
     ArgumentError
-        As `solve`.
+        As `solve` does.
     OptionError
-        Where a method is unknown.
+        If a method is unknown.
 
     """
     options = options or SolveOptions()
@@ -67,13 +74,14 @@ def compare_methods(
 
 
 def single_descent(options: SolveOptions, method: str) -> SolveOptions:
-    """Return the options of one descent with a method: no restarts, no deadline, no choice among answers."""
+    """Return the options of one descent with a method: no restarts, no deadline, first solution."""
     return replace(options, method=method, max_attempts=1, deadline=0.0, choice='first', max_joint_jump=0.0)
 
 
 def _run(arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions) -> MethodRun:
     traced = solve(arm, target, seed, options, trace=True)
     timed = solve(arm, target, seed, options)
+    assert traced.trace is not None  # because trace=True
     return MethodRun(
         method=options.method,
         status=traced.status,

@@ -1,4 +1,4 @@
-"""Random configurations, and singular ones, of any arm."""
+"""Random regular and singular configurations of any arm."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import numpy as np
 
 from ros_ik_pkg.ik import Arm
 
-SAMPLES = 48  # of a joint's range, to find where the Jacobian is worst
-REFINEMENTS = 40  # halvings of the step around it; beyond, float64 has no digits left
+SAMPLES = 48  # over a joint's range, in the search for the smallest sigma_min
+REFINEMENTS = 40  # halvings of the step; more would be below the resolution of float64
 
 
 def bounds(arm: Arm) -> tuple[np.ndarray, np.ndarray]:
-    """Return limits (n,) [rad, m] with half a turn at most to either side."""
+    """Return the limits (n,) [rad, m], cut to half a turn on either side."""
     return np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
 
 
@@ -21,20 +21,21 @@ def smallest_singular_value(arm: Arm, q: np.ndarray) -> float:
 
 
 def regular_configuration(arm: Arm, random: np.random.Generator) -> np.ndarray:
-    """Return the one of five random configurations (n,) that is furthest from singular."""
+    """Return the least singular of five random configurations (n,)."""
     candidates = random.uniform(*bounds(arm), size=(5, arm.n))
     return max(candidates, key=lambda q: smallest_singular_value(arm, q))
 
 
 def singular_configuration(arm: Arm, random: np.random.Generator) -> np.ndarray:
-    """Return a random configuration (n,) with one joint moved to where the Jacobian loses rank, or nearly so."""
+    """Return a random configuration (n,) with one joint moved to make the Jacobian (nearly) singular."""
     q = random.uniform(*bounds(arm))
-    found = [_worst_position(arm, q, joint) for joint in range(1, arm.n - 1)]  # the outer two never matter
+    # sigma_min does not depend on the outer two
+    found = [_worst_position(arm, q, joint) for joint in range(1, arm.n - 1)]
     return min(found, key=lambda candidate: smallest_singular_value(arm, candidate), default=q)
 
 
 def _worst_position(arm: Arm, q: np.ndarray, joint: int) -> np.ndarray:
-    """Return q with one joint where sigma_min is smallest over its range: a scan, then ever smaller steps."""
+    """Return q with one joint moved to the smallest sigma_min in its range: a scan, then bisection."""
     lower, upper = (limit[joint] for limit in bounds(arm))
 
     def moved(position: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The table of the notes with measured numbers: every method on many targets, singular ones among them."""
+"""Sweep: every method on many regular and singular targets, as a table."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ros_ik_pkg.compare.singular import bounds, regular_configuration, singular_
 from ros_ik_pkg.compare.table import align
 from ros_ik_pkg.ik import Arm, Solution, SolveOptions, Status, solve
 
-NEAR = 0.5  # rad or m; seeds are this far from an answer at most, in every joint
+NEAR = 0.5  # rad or m; largest distance of a seed from a solution, in every joint
 RANDOM_SEED = 2005
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Solutions by method, on regular targets and on targets with a singular answer."""
+    """Solutions by method, for regular targets and for targets with a singular solution."""
 
     arm: Arm
     regular: dict[str, list[Solution]]
@@ -28,9 +28,9 @@ class Sweep:
 def run_sweep(
     arm: Arm, count: int, methods: Sequence[str], options: SolveOptions, progress: Callable[[int], object]
 ) -> Sweep:
-    """Solve `count` regular and `count` singular targets with every method; the same targets on every run.
+    """Solve `count` regular and `count` singular targets with every method; the targets are the same in every sweep.
 
-    `progress` is called with 1 for each target that is done. Every run is one descent, as in `compare_methods`.
+    `progress` is called with 1 after each target. Every run is a single descent, as in `compare_methods`.
     """
     random = np.random.default_rng(RANDOM_SEED)
     single = {method: single_descent(options, method) for method in methods}
@@ -38,8 +38,8 @@ def run_sweep(
     for configuration in (regular_configuration, singular_configuration):
         solutions: dict[str, list[Solution]] = {method: [] for method in methods}
         for _ in range(count):
-            answer = configuration(arm, random)
-            target, seed = arm.forward(answer), _seed_near(arm, answer, random)
+            goal = configuration(arm, random)
+            target, seed = arm.forward(goal), _seed_near(arm, goal, random)
             for method in methods:
                 solutions[method].append(solve(arm, target, seed, single[method]))
             progress(1)
@@ -47,13 +47,13 @@ def run_sweep(
     return Sweep(arm, *results)
 
 
-def _seed_near(arm: Arm, answer: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """Return a seed (n,) around the answer, within the limits."""
-    return np.clip(answer + random.uniform(-NEAR, NEAR, arm.n), *bounds(arm))
+def _seed_near(arm: Arm, goal: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Return a seed (n,) near the goal, within the limits."""
+    return np.clip(goal + random.uniform(-NEAR, NEAR, arm.n), *bounds(arm))
 
 
 def sweep_table(sweep: Sweep) -> str:
-    """Return the table: one row for each aspect, one column for each method."""
+    """Return the table: one row per figure, one column per method."""
     rows = [
         ('', *sweep.regular),
         _row('one iteration [µs]', sweep.regular, _cost),
@@ -65,7 +65,7 @@ def sweep_table(sweep: Sweep) -> str:
         _row('  iterations, median', sweep.singular, lambda done: _iterations(done, 50)),
         _row('  iterations, p90', sweep.singular, lambda done: _iterations(done, 90)),
         _row('  residual, median [m]', sweep.singular, _residual),
-        _row('  otherwise, mostly', sweep.singular, _failure),
+        _row('  most frequent failure', sweep.singular, _failure),
     ]
     return '\n'.join(align(rows))
 
@@ -75,7 +75,7 @@ def _row(label: str, solutions: dict[str, list[Solution]], figure: Callable[[lis
 
 
 def _cost(done: list[Solution]) -> str:
-    """Median over the targets of time per iteration."""
+    """Return the median time per iteration [µs] over the targets."""
     return f'{1e6 * np.median([s.solve_time / max(s.iterations, 1) for s in done]):.1f}'
 
 
@@ -84,7 +84,7 @@ def _solved(done: list[Solution]) -> str:
 
 
 def _iterations(done: list[Solution], percent: float) -> str:
-    """Percentile over the solved targets; a dash where there is none."""
+    """Return a percentile over the solved targets, or a dash if there are none."""
     steps = [s.iterations for s in done if s.converged]
     return f'{np.percentile(steps, percent):.0f}' if steps else '-'
 
@@ -94,6 +94,6 @@ def _residual(done: list[Solution]) -> str:
 
 
 def _failure(done: list[Solution]) -> str:
-    """Name the most frequent stop reason of what is not solved."""
+    """Return the most frequent status of the unsolved targets, or a dash if there are none."""
     failures = [s.status for s in done if not s.converged]
     return Status(max(set(failures), key=failures.count)).label if failures else '-'

@@ -1,4 +1,4 @@
-"""Tables for the terminal: aligned, and coloured where the terminal can."""
+"""Tables for the terminal: aligned, and coloured if the terminal supports it."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ GAP = '  '
 
 
 def can_colour(stream: TextIO) -> bool:
-    """Whether a stream is a terminal that shows colours; NO_COLOR is honoured."""
+    """Return whether a stream is a terminal with colours; honours NO_COLOR."""
     return stream.isatty() and 'NO_COLOR' not in os.environ and os.environ.get('TERM') != 'dumb'
 
 
 def runs_table(runs: Sequence[MethodRun], coloured: bool = False) -> str:
-    """Return the table of a comparison, one line for each method."""
+    """Return the table of a comparison, one line per method."""
     rows = [cells(run) for run in runs]
     lines = align([HEADINGS, *rows], left=(0, 5))
     if not coloured:
@@ -42,7 +42,7 @@ def cells(run: MethodRun) -> tuple[str, ...]:
 
 
 def align(rows: Sequence[Sequence[str]], left: Sequence[int] = (0,)) -> list[str]:
-    """Return rows as lines of equal columns, those of `left` flush left, the others flush right."""
+    """Return rows as lines with aligned columns: those in `left` to the left, the others to the right."""
     widths = [max(map(len, column)) for column in zip(*rows)]
     return [
         GAP.join(
@@ -59,7 +59,7 @@ def paint(text: str, colour: str) -> str:
 
 
 def _paint_run(line: str, run: MethodRun) -> str:
-    """Colour the name as the curve in the plots, and the status by what it means."""
+    """Colour the name as in the plots, and the status by success or failure."""
     status = run.status.label
     head, tail = len(run.method), len(line) - len(status)
     verdict = GOOD if run.status is Status.CONVERGED else BAD

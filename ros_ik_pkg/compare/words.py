@@ -117,7 +117,7 @@ def _limits(run: MethodRun, before: str, language: str) -> str:
 
 
 def length(metres: float) -> str:
-    """Write a length in the unit that suits it."""
+    """Return a length in m, mm or µm."""
     for factor, unit in ((1.0, 'm'), (1e3, 'mm')):
         if metres * factor >= 0.995:
             return f'{metres * factor:.3g} {unit}'

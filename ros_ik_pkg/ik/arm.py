@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.kernel.data_layout import Geometry, pack_model
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
 from ros_ik_pkg.ik.model.chain import make_chain
+from ros_ik_pkg.ik.model.default_tip import default_tip
+from ros_ik_pkg.ik.model.joint_limits import LIMITS, hold_joints, with_joint_limits, with_soft_limits
 from ros_ik_pkg.ik.model.pinocchio_model import build_model, frame_id, joint_id, placements_of
-from ros_ik_pkg.ik.model.sources import read_tree
+from ros_ik_pkg.ik.model.sources import read_text, read_tree
 from ros_ik_pkg.ik.model.tree import Joint, Tree
 from ros_ik_pkg.ik.search.reach import make_reach
 from ros_ik_pkg.ik.search.starts import COUNT, make_starts
-from ros_ik_pkg.ik.text import list_names
+from ros_ik_pkg.ik.text import list_names, to_number
 
 DATA_LOCK = Lock()  # guards Arm._data
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """A chain of 1 to 12 variables between two frames of a robot. Made by `load_arm`.
+    """A chain of 1 to 32 variables between two frames of a robot. Made by `load_arm`.
 
     Attributes
     ----------
@@ -39,6 +41,8 @@ class Arm:
         Limits [rad, m]; -inf and inf where unbounded.
     velocity_limits : (n,) array
         [rad/s, m/s]; inf where unknown.
+    acceleration_limits, jerk_limits : (n,) arrays
+        [rad/s^2, m/s^2] and [rad/s^3, m/s^3] of `joint_limits`; inf if unknown.
     wraps : (n,) int64 array
         1 where a whole turn of the variable changes nothing and fits between the limits.
     home : (n,) array
@@ -52,6 +56,8 @@ class Arm:
     model : pinocchio.Model
         The whole robot: links as BODY frames; every joint's axis is its local z, one q each, fixed joints
         folded, mimic joints free, floating and planar joints locked.
+    warnings : tuple of str
+        What is odd about the robot's description and how it was read, and which default was chosen.
 
     """
 
@@ -63,6 +69,8 @@ class Arm:
     lower: np.ndarray
     upper: np.ndarray
     velocity_limits: np.ndarray
+    acceleration_limits: np.ndarray
+    jerk_limits: np.ndarray
     wraps: np.ndarray
     home: np.ndarray
     placements: np.ndarray
@@ -72,6 +80,7 @@ class Arm:
     offset: np.ndarray
     model: pin.Model
     tree: Tree
+    warnings: tuple[str, ...]
 
     @cached_property
     def n(self) -> int:
@@ -95,13 +104,13 @@ class Arm:
         """Where searches start (see `starts.make_starts`)."""
         return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
 
-    def forward(self, q: np.ndarray) -> np.ndarray:
+    def forward(self, q: ArrayLike) -> np.ndarray:
         """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
         base_from_tip = np.eye(4)
         forward_kinematics(self.packed, self._check(q), base_from_tip)
         return base_from_tip
 
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
+    def jacobian(self, q: ArrayLike) -> np.ndarray:
         """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
         return geometric_jacobian(self.packed, self._check(q))
 
@@ -167,7 +176,7 @@ class Arm:
         except ModelError as error:
             raise ArgumentError(str(error)) from error
 
-    def _check(self, q: np.ndarray) -> np.ndarray:
+    def _check(self, q: ArrayLike) -> np.ndarray:
         """Return q as a float64 array of the right shape, or raise ArgumentError."""
         try:
             values = np.ascontiguousarray(q, dtype=np.float64)
@@ -178,7 +187,11 @@ class Arm:
         return values if values.flags.writeable else values.copy()  # compiled for one kind of array
 
 
-def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str | None = None) -> Arm:
+def load_arm(
+    source: str | os.PathLike[str], base: str | None = None, tip: str | None = None, *, limits: str = 'soft',
+    joint_limits: str | os.PathLike[str] = '', held: Mapping[str, float | None] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
+) -> Arm:
     """Load an arm.
 
     Parameters
@@ -188,11 +201,22 @@ def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str |
         of a .xacro, or URDF text.
     base, tip : str, optional
         Links that the chain leads from and to. Default base: the root link. Default tip: the tip frame of
-        the DH table; of a URDF the only leaf, or the one leaf with the most movable joints above it.
+        the DH table; of a URDF the only leaf, or the one leaf with the most movable joints above it, before the
+        joints of a gripper.
+    limits : 'soft' or 'hard'
+        Whether the soft limits of a URDF (<safety_controller>) narrow the hard ones.
+    joint_limits : str or path
+        Path or URI of a .yaml file, or its text, in the format of MoveIt's joint_limits.yaml. It narrows the
+        limits of the robot: of two limits the narrower counts.
+    held : mapping of str to float or None
+        Joints that stay at a position [rad, m], None for their home: they are fixed joints of the arm.
+    xacro_args : mapping of str to str
+        Arguments of the .xacro file.
 
     Returns
     -------
     Arm
+        Its `warnings` say what is odd about the description.
 
     Raises
     ------
@@ -200,35 +224,47 @@ def load_arm(source: str | os.PathLike[str], base: str | None = None, tip: str |
         Where the source cannot be found, read or used; the text says what is wrong and where.
 
     """
-    tree = read_tree(source)
+    if limits not in LIMITS:
+        raise ModelError(f'limits is {limits!r}; expected one of {list_names(LIMITS)}')
+    tree = read_tree(source, xacro_args)
     try:
-        return _make_arm(tree, base, tip)
+        if limits == 'soft':
+            tree = with_soft_limits(tree)
+        if joint_limits:
+            tree = with_joint_limits(tree, read_text(joint_limits))
+        return _make_arm(hold_joints(tree, held or {}), base, tip)
     except ModelError as error:
         raise ModelError(f'robot {tree.name!r}: {error}') from error
+
+
+def parse_held(entries: Iterable[str]) -> dict[str, float | None]:
+    """Return joints to hold by name from entries 'name' (at home) or 'name:=position' [rad, m]; raises ModelError."""
+    held: dict[str, float | None] = {}
+    for entry in entries:
+        name, given, value = entry.partition(':=')
+        number = to_number(value) if given else None
+        if not name.strip() or (number is not None and np.isnan(number)):
+            raise ModelError(f'held_joints: {entry[:60]!r} is not allowed; expected NAME or NAME:=POSITION')
+        held[name.strip()] = number
+    return held
 
 
 def _make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
     """Make the arm between two frames of a robot."""
     base = tree.check_link(base, 'base frame') if base else tree.root
-    tip = tree.check_link(tip, 'tip frame') if tip else tree.tip or _find_tip(tree, base)
+    warnings: tuple[str, ...] = ()
+    if tip:
+        tip = tree.check_link(tip, 'tip frame')
+    elif tree.tip:
+        tip = tree.tip
+    else:
+        tip, warnings = default_tip(tree, base)
     chain = make_chain(tree, base, tip)
     model = build_model(tree)
     return Arm(
         name=tree.name, base_frame=base, tip_frame=tip, frame_names=tree.links, joint_names=chain.names,
-        lower=chain.lower, upper=chain.upper, velocity_limits=chain.velocity_limits, wraps=chain.wraps,
+        lower=chain.lower, upper=chain.upper, velocity_limits=chain.velocity_limits,
+        acceleration_limits=chain.acceleration_limits, jerk_limits=chain.jerk_limits, wraps=chain.wraps,
         home=chain.home, placements=placements_of(tree, model, chain, base, tip), prismatic=chain.prismatic,
-        variable=chain.variable, multiplier=chain.multiplier, offset=chain.offset, model=model, tree=tree)
-
-
-def _find_tip(tree: Tree, base: str) -> str:
-    """Choose the leaf with the most movable joints between base and it."""
-    parents = {joint.parent for joint in tree.joints}
-    counts: dict[str, int] = {}
-    for leaf in set(tree.links) - parents:
-        with suppress(ModelError):
-            counts[leaf] = sum(joint.movable for joint in tree.path(base, leaf))
-    most = max(counts.values())
-    best = [link for link in tree.links if counts.get(link) == most]
-    if len(best) > 1:
-        raise ModelError(f'the robot has several possible tips: {list_names(best)}; choose one as tip frame')
-    return best[0]
+        variable=chain.variable, multiplier=chain.multiplier, offset=chain.offset, model=model, tree=tree,
+        warnings=(*warnings, *chain.notes))

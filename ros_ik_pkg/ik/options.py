@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from dataclasses import dataclass, fields
 from dataclasses import field as dataclass_field
 from typing import Any
@@ -33,7 +34,10 @@ class Option:
     allowed: tuple[str, ...] = ()
 
     def check(self, value: Any) -> Any:
-        """Return the value in the declared type, or raise OptionError naming option, value and what is allowed."""
+        """Return the value in the declared type, or raise OptionError naming option, value and what is allowed.
+
+        Text that is a number stands for the number: YAML 1.1, and `ros2 param load` with it, reads 1e-05 as text.
+        """
         if isinstance(self.default, bool):
             return self._check_bool(value)
         if isinstance(self.default, tuple):
@@ -58,8 +62,8 @@ class Option:
         return f'{count}from {self.minimum:g} to {self.maximum:g}' + (f' [{self.unit}]' if self.unit else '')
 
     def _refuse(self, value: Any) -> OptionError:
-        hint = '' if isinstance(self.default, (bool, str)) else hint_at_number(value)
-        return OptionError(f'{self.ros_name} = {value!r} is not allowed: expected {self.expected()}{hint}')
+        shown = value.tolist() if isinstance(value, array) else value
+        return OptionError(f'{self.ros_name} = {shown!r} is not allowed: expected {self.expected()}')
 
     def _check_bool(self, value: Any) -> bool:
         if not isinstance(value, (bool, np.bool_)):
@@ -73,39 +77,40 @@ class Option:
 
     def _check_tuple(self, value: Any) -> tuple[float, ...]:
         try:
-            entries = () if isinstance(value, (str, bytes)) else tuple(value)
-            numbers = tuple(float(entry) for entry in entries)
+            entries = _entries(value) if isinstance(value, str) else tuple(value)
+            numbers = tuple(to_number(entry) if isinstance(entry, str) else float(entry) for entry in entries)
         except (TypeError, ValueError, OverflowError):
             raise self._refuse(value) from None
-        if any(isinstance(entry, (bool, np.bool_, str, bytes)) for entry in entries):
+        if isinstance(value, bytes) or any(isinstance(entry, (bool, np.bool_, bytes)) for entry in entries):
             raise self._refuse(value)
         count_fits = len(numbers) == len(self.default) or not self.default
-        if isinstance(value, (str, bytes)) or not count_fits or not all(self._in_range(v) for v in numbers):
+        if not count_fits or not all(self._in_range(v) for v in numbers):
             raise self._refuse(value)
         return numbers
 
     def _check_number(self, value: Any) -> float | int:
-        number = (int, float, np.integer, np.floating)
-        if isinstance(value, (bool, np.bool_)) or not isinstance(value, number):
+        number = to_number(value) if isinstance(value, str) else value
+        if isinstance(number, (bool, np.bool_)) or not isinstance(number, (int, float, np.integer, np.floating)):
             raise self._refuse(value)
         whole = isinstance(self.default, int)
-        if not self._in_range(float(value)) or (whole and int(value) != value):
+        if not self._in_range(float(number)) or (whole and int(number) != number):
             raise self._refuse(value)
-        return int(value) if whole else float(value)
+        return int(number) if whole else float(number)
 
     def _in_range(self, value: float) -> bool:
         assert self.minimum is not None and self.maximum is not None
         return self.minimum <= value <= self.maximum  # false for NaN
 
 
-def hint_at_number(value: Any) -> str:
-    """Say how YAML writes the number that a text means, or the first text of a list; empty where it means none."""
-    text = next((entry for entry in value if isinstance(entry, str)), '') if isinstance(value, (list, tuple)) else value
-    if not isinstance(text, str) or math.isnan(to_number(text)):
-        return ''
-    mantissa, e, exponent = text.strip().lower().partition('e')
-    whole = '' if not e or '.' in mantissa else '.0'
-    return f'; {text!r} is a text: write {mantissa}{whole}{f"e{int(exponent):+d}" if e else ""}, without quotes'
+def _entries(text: str) -> list[str]:
+    """Return the entries of a list written as text, '[1e-05, 1]': `ros2 param load` sends such lists.
+
+    Raises ValueError if the text is not a list.
+    """
+    inner = text.strip()
+    if not (inner.startswith('[') and inner.endswith(']')):
+        raise ValueError(text)
+    return [entry.strip(' \'"') for entry in inner[1:-1].split(',')] if inner[1:-1].strip() else []
 
 
 def option(default: Any, text: str, **spec: Any) -> Any:

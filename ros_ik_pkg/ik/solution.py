@@ -154,7 +154,7 @@ class Solution:
     attempts = _figure('attempts', int, 'Descents made, the one from the seed included.')
     position_error = _figure('position_error', float, 'Norm of the position rows of the task error [m].')
     orientation_error = _figure('orientation_error', float, 'Norm of the orientation rows of the task error [rad].')
-    joint_distance = _figure('joint_distance', float, 'Largest |q - reference| over the joints [rad, m].')
+    joint_distance = _figure('joint_distance', float, 'Largest ``|q - reference|`` over the joints [rad, m].')
     sigma_min = _figure(
         'sigma_min', float, 'Smallest singular value of the task Jacobian at q; NaN where the search converged.'
     )

@@ -8,10 +8,11 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy import empty, ndarray
+from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik.arm import Arm, load_arm
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
@@ -45,12 +46,20 @@ NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
 
 
+class Transform(Protocol):
+    """An object with a (4, 4) matrix, such as a pinocchio.SE3."""
+
+    @property
+    def homogeneous(self) -> np.ndarray:
+        """Homogeneous transform (4, 4) [m]."""
+
+
 def solve(
     arm: Arm,
-    target: Any,
-    seed: Any = None,
+    target: ArrayLike | Transform,
+    seed: ArrayLike | None = None,
     options: SolveOptions | None = None,
-    reference: Any = None,
+    reference: ArrayLike | None = None,
     trace: bool = False,
 ) -> Solution:
     """Find joint positions that bring the arm's tip frame to a target pose.
@@ -140,10 +149,10 @@ class BatchSolution:
 
 def solve_batch(
     arm: Arm,
-    targets: Any,
-    seeds: Any = None,
+    targets: ArrayLike,
+    seeds: ArrayLike | None = None,
     options: SolveOptions | None = None,
-    references: Any = None,
+    references: ArrayLike | None = None,
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
 ) -> BatchSolution:
@@ -211,7 +220,8 @@ def warm_up(report: Callable[[str], object] = print) -> float:
     kept = 'once, kept for later starts' if CACHE_FOLDER else 'at every start, for nothing can be written to keep it'
     notice = threading.Timer(5.0, report, [f'compiling the solver for this machine, about a minute: {kept}'])
     notice.daemon = True
-    notice.start()
+    if CACHE_FOLDER is None or not any(CACHE_FOLDER.rglob('*.nbc')):  # a cached start can be slow too
+        notice.start()
     try:
         arm = load_arm('planar3r')
         for trace in (False, True):  # the two doors, solve_one and solve_range

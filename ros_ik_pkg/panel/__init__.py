@@ -1,1 +1,1 @@
-"""The panel in the browser: a ROS node of its own that sends targets to the IK node and draws what comes back."""
+"""The panel in the browser: a separate ROS node that sends targets to the IK node and shows the results."""

@@ -1,4 +1,4 @@
-"""What the IK node said about the newest target, put together from its topics."""
+"""Collect the IK node's messages about the newest target."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Curve:
 
 
 class Answers:
-    """Keeps what belongs to the expected stamp; messages of other targets are dropped.
+    """Keeps the messages with the expected stamp and drops those about other targets.
 
     result: values of ~/result by name, and its sentence as 'message'; empty until it comes.
     solution: joint positions by name [rad, m] of the newest target that has a result; empty where it has no solution.
@@ -83,12 +83,12 @@ class Answers:
         self.forget_runs()
 
     def forget_runs(self) -> None:
-        """Drop the comparison, as where no method is compared any more."""
+        """Drop the comparison, for example when no method is compared any more."""
         self.runs, self.curves, self.paths = {}, {}, {}
         self._news |= {COMPARISON, PATHS}
 
     def take_news(self) -> set[str]:
-        """Return what has come since the last call."""
+        """Return the kinds of data that arrived since the last call."""
         news, self._news = self._news, set()
         return news
 
@@ -129,7 +129,7 @@ class Answers:
             self._news.add(TRACE)
 
     def take_comparison(self, message: DiagnosticArray) -> None:
-        """Take the figures of all methods; the curves came before."""
+        """Store the figures of all methods; their curves arrived before."""
         if stamp_text(message.header.stamp) == self.stamp:
             runs = [run_of(values_of(status)) for status in message.status]
             self.runs = {run.method: run for run in runs}
@@ -138,7 +138,7 @@ class Answers:
             self._news.add(COMPARISON)
 
     def take_paths(self, message: MarkerArray) -> None:
-        """Take the ways of the tip (k, 3) [m], by method."""
+        """Store the tip paths (k, 3) [m], by method."""
         lines = [marker for marker in message.markers if marker.type == Marker.LINE_STRIP and marker.ns in METHODS]
         if lines and stamp_text(lines[0].header.stamp) == self.stamp:
             self.paths = {line.ns: np.array([[p.x, p.y, p.z] for p in line.points]) for line in lines}

@@ -13,9 +13,9 @@ from ros_ik_pkg.panel.drawing import Drawing
 LINK_RADIUS = 0.028  # of the arm's size
 TAPER = 0.6  # how much thinner the last link is
 JOINT_RADIUS, JOINT_LENGTH = 1.5, 3.2  # of the link's radius
-SHORT = 0.02  # of the arm's size; what is shorter is hidden in the joint
+SHORT = 0.02  # of the arm's size; shorter links are hidden in the joint
 ROUND = 2  # times that a sphere is subdivided; viser's 3 cost a frame more than they show
-COLUMN = 0.5  # of the arm's size: how high the base stands where the file begins at the shoulder
+COLUMN = 0.5  # of the arm's size: height of the base if the model starts at the shoulder
 
 
 class ArmDrawing(Drawing):
@@ -37,7 +37,7 @@ class ArmDrawing(Drawing):
             frame.wxyz, frame.position = wxyz_of(transform), transform[:3, 3]
 
     def _add_joints(self, name: str) -> list[viser.FrameHandle]:
-        """Add one frame for each joint below the one before it, with what is drawn in it."""
+        """Add a nested frame for each joint, with its shapes."""
         frames = []
         arm, count = self._arm, len(self._arm.prismatic)
         steps = placements(arm)
@@ -52,7 +52,7 @@ class ArmDrawing(Drawing):
         return frames
 
     def _add_links(self, name: str, step: np.ndarray, radius: float) -> None:
-        """Draw the way to the next frame as real links go: across to its axis first, then along it."""
+        """Draw the link to the next frame: first perpendicular to its axis, then along it."""
         end, axis = step[:3, 3], step[:3, 2]
         corner = end - axis * (axis @ end)
         for k, (a, b) in enumerate(((np.zeros(3), corner), (corner, end))):
@@ -76,12 +76,12 @@ class ArmDrawing(Drawing):
 
 
 def size_of(arm: Arm) -> float:
-    """Return the length [m] of the chain, for the size of what is drawn."""
+    """Return the length [m] of the chain, which sets the size of the drawing."""
     return max(float(np.linalg.norm(arm.placements[:, 9:], axis=1).sum()), 0.1)
 
 
 def floor_of(arm: Arm) -> float:
-    """Return the height [m] of the floor: lower than the base where the file begins at the shoulder."""
+    """Return the height [m] of the floor: below the base if the model starts at the shoulder."""
     first_two = arm.placements[:2, 9:]
     return -COLUMN * size_of(arm) * float(np.linalg.norm(first_two) < SHORT)
 

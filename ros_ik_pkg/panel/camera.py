@@ -1,4 +1,4 @@
-"""Where the page looks from: so that arm and target are in view, and left alone while they are."""
+"""The camera of the page: moves only when the arm or the target is out of view."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import contextlib
 import numpy as np
 import viser
 
-FROM = np.array([1.9, -1.7, 0.8])  # direction and distance, in lengths of what is to be seen: the front right, above
+FROM = np.array([1.9, -1.7, 0.8])  # direction and distance, relative to the size of the scene: front right, above
 FIELD = np.radians(40.0)
 NARROW = 0.65  # width over height of the view in the narrowest page
 AROUND = 0.22  # of the arm's length: the gizmo around the target is to be seen too
-CLOSER = 0.75  # the view comes closer again only where so much of the distance would do
+CLOSER = 0.75  # the camera comes closer only if this fraction of the distance suffices
 
 FORWARD = -FROM / np.linalg.norm(FROM)
 RIGHT = np.cross(FORWARD, [0.0, 0.0, 1.0]) / np.linalg.norm(FORWARD[:2])
@@ -31,7 +31,7 @@ class Camera:
         self._distance = 0.0
 
     def follow(self, point: np.ndarray) -> None:
-        """Show as much as it takes to see a point (3,) beside the arm; where that is in view, nothing moves."""
+        """Move the camera so that a point (3,) is visible together with the arm; do nothing if it is."""
         needed = max(self._size, self._needed(point - self._middle))
         if CLOSER * self._distance < needed <= self._distance:
             return
@@ -40,11 +40,11 @@ class Camera:
         self._aim(self._server.initial_camera, *pose)
         self._server.initial_camera.fov = FIELD
         for client in self._server.get_clients().values():
-            with contextlib.suppress(AssertionError):  # of one that has not said yet where it is: it begins there
+            with contextlib.suppress(AssertionError):  # for a client that has not reported its camera yet
                 self._aim(client.camera, *pose)
 
     def _needed(self, offset: np.ndarray) -> float:
-        """Return from how far, in lengths of FROM, what is this far (3,) from the middle is in view."""
+        """Return the camera distance, in lengths of FROM, from which an offset (3,) from the centre is visible."""
         beside = np.abs([offset @ RIGHT / NARROW, offset @ UP]) + AROUND * self._size
         return float((beside.max() / np.tan(FIELD / 2) - offset @ FORWARD) / np.linalg.norm(FROM))
 

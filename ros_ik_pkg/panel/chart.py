@@ -1,7 +1,7 @@
-"""The two plots of the page: errors against the iteration, drawn as SVG.
+"""The two error plots of the page, as SVG.
 
-The drawing is stretched to the place that the page has, with lines that keep their width; text stands beside it as
-HTML, so that it is not stretched. So the page needs no library, and a new target a few kilobytes.
+The SVG is stretched to the available space with constant line widths; labels are HTML, so that they are not stretched.
+The page needs no plot library, and an update takes a few kilobytes.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def _plot(
 
 
 def _height(error: float | np.ndarray) -> float | np.ndarray:
-    """Return where errors stand, from 0 at the top to 1 at the bottom; those beyond stand at the edge."""
+    """Return the vertical positions of errors, from 0 at the top to 1 at the bottom, clipped to this range."""
     return np.clip((CEILING - np.log10(np.maximum(error, 1e-300))) / (CEILING - FLOOR), 0.0, 1.0)
 
 

@@ -1,4 +1,4 @@
-"""The controls of the page; what the user does comes out as calls of an object with a method for each."""
+"""The controls of the page; each user action calls a method of an Actions object."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WIDTH = 340  # pixels
 
 
 class Actions(Protocol):
-    """What the user can do; called later, on the panel's thread."""
+    """User actions; called on the panel's thread."""
 
     def choose_robot(self, name: str) -> None: ...
     def upload_urdf(self, text: str, file_name: str) -> None: ...
@@ -126,7 +126,7 @@ class Controls:
         self._seed.show(seed)
 
     def show_tip(self, base_from_tip: np.ndarray | None, text: str) -> None:
-        """Show where the tip is (4, 4), or that it is nowhere, and what that is."""
+        """Show the tip pose (4, 4), or dashes for None, with a label."""
         self._tip.content = tip_html(None if base_from_tip is None else numbers_of(base_from_tip), text)
 
     def show_target(self, target: np.ndarray) -> None:

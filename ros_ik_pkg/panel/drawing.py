@@ -1,4 +1,4 @@
-"""What the drawings of an arm have in common."""
+"""Interface of the drawings of an arm."""
 
 from __future__ import annotations
 

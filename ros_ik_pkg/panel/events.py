@@ -1,4 +1,4 @@
-"""What is to be done on the panel's one thread: calls that other threads queue, none of which can end the panel."""
+"""Calls that other threads queue for the panel's thread; none of them can end the panel."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ LONGEST = 400  # characters of an error that are shown
 
 
 class Events:
-    """A queue of calls; `failed` is called with the text of whatever one of them raises.
+    """A queue of calls; `failed` is called with the text of an exception that one of them raises.
 
-    A page may send any value, and a topic any message. What breaks on them is logged and shown, and the others go on.
+    Pages may send any value, and topics any message. Exceptions are logged and shown, and the other calls continue.
     """
 
     def __init__(self, log: Any, failed: Callable[[str], object]) -> None:
@@ -28,12 +28,12 @@ class Events:
         self._calls.put(call)
 
     def run(self) -> None:
-        """Do what is queued by now; what comes meanwhile waits, so that a flood of it cannot hold the panel up."""
+        """Run the calls queued so far; later ones wait, so that a flood of calls cannot block the panel."""
         for _ in range(self._calls.qsize()):
             self.guard(self._calls.get())
 
     def guard(self, call: Callable[[], object]) -> None:
-        """Do a call; log and tell what it raises."""
+        """Run a call; log and report its exception."""
         try:
             call()
         except IkError as error:

@@ -17,7 +17,7 @@ AXES = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 
 
 def status_html(state: str, good: bool, words: str) -> str:
-    """Return the status: what the node says, up to the second colon in bold, and the comparison in words."""
+    """Return the status: the node's message, in bold up to the second colon, and the comparison in words."""
     *parts, rest = state.split(': ', 2) if state.count(': ') > 1 else (state, '')
     head = ': '.join(parts) + (':' if rest else '')
     return (
@@ -85,7 +85,7 @@ def _row(run: MethodRun, active: bool, texts: Texts) -> str:
 
 
 def tip_html(numbers: np.ndarray | None, text: str) -> str:
-    """Return the read-out of a pose: x y z [m], roll pitch yaw [deg], dashes where there is none, and what it is."""
+    """Return the read-out of a pose: x y z [m], roll pitch yaw [deg], or dashes for None, with its label."""
     texts = ['–'] * 6
     if numbers is not None:
         texts = [f'{value:.3f}' for value in numbers[:3].round(3) + 0.0]  # no minus before a zero

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-TURN = math.pi  # rad; how far a slider goes to either side where a joint has no limit
+TURN = math.pi  # rad; range of a slider to either side if a joint has no limit
 STEPS = (0.001, 0.1)  # m, degrees
 
 
@@ -20,11 +20,11 @@ def slider_range(lower: float, upper: float, turns: bool) -> tuple[float, float]
 
 
 def short_names(names: Sequence[str]) -> list[str]:
-    """Return names without what all have in common, such as joint4 for panda_joint4, and wrist 1 for wrist_1_joint."""
+    """Return names without their common parts, such as joint4 for panda_joint4 and wrist 1 for wrist_1_joint."""
     words = [name.split('_') for name in names]
     head, tail = common(words), common([word[::-1] for word in words])
     while head and any(not ''.join(word[head:]).strip('0123456789') for word in words):
-        head -= 1  # a number alone is no name
+        head -= 1  # a bare number is not a name
     short = [word[head : max(len(word) - tail, head + 1)] for word in words]
     return [' '.join(word) for word in (short if len(names) > 1 else words)]
 

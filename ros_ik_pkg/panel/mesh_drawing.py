@@ -1,4 +1,4 @@
-"""An arm drawn with the meshes of its URDF, where it has them."""
+"""An arm drawn with the meshes of its URDF."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class MeshDrawing(Drawing):
 
 
 def mesh_drawing(server: viser.ViserServer, name: str, arm: Arm, source: str) -> MeshDrawing | None:
-    """Return the drawing if `source` is a URDF file, by path or URI, whose meshes can all be read; else None."""
+    """Return the drawing if `source` is the path or URI of a URDF whose meshes are all readable, else None."""
     try:
         path = find(source, Path())
         if path.suffix != '.urdf' or not has_meshes(path):

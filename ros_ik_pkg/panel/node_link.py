@@ -1,4 +1,4 @@
-"""The panel's end of the topics and parameters of the IK node; nothing here waits, and what comes in is queued."""
+"""The panel's connection to the topics and parameters of the IK node; never blocks, and queues what it receives."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ SILENCE = 3.0  # s without /diagnostics, which come once a second, after which t
 
 
 class NodeLink:
-    """Talks to the IK node called `name`; what comes back for the newest target is in `answers`.
+    """Talks to the IK node called `name`; `answers` has the results of the newest target.
 
-    later: takes calls; what a message or an answer of a service leads to is done when they are called.
+    later: queue for the calls that messages and service responses cause.
     """
 
     def __init__(self, node: Node, name: str, later: Callable[[Callable[[], object]], object]) -> None:
@@ -51,7 +51,7 @@ class NodeLink:
         self._parameters = AsyncParameterClient(node, self.name)
 
     def _queued(self, callback: Callable[[Any], object]) -> Callable[[Any], None]:
-        """Return a callback that has this one called later, where whatever it raises is caught."""
+        """Return a callback that queues this one, so that its exceptions are caught."""
         return lambda message: self._later(lambda: callback(message))
 
     def _publisher(self, topic: topics.Topic) -> Publisher:
@@ -59,7 +59,7 @@ class NodeLink:
 
     @property
     def alive(self) -> bool:
-        """Whether the node has been heard lately and can be talked to."""
+        """Whether the node was heard recently and its services are available."""
         return time.monotonic() - self._heard < SILENCE and self._parameters.services_are_ready()
 
     def publish_joints(self, arm: Arm, positions: np.ndarray) -> None:
@@ -69,7 +69,7 @@ class NodeLink:
         self._joint_states.publish(message)
 
     def send_target(self, arm: Arm, base_from_target: np.ndarray) -> None:
-        """Send a target (4, 4) and forget what came for those before."""
+        """Send a target (4, 4) and drop the results of earlier ones."""
         message = PoseStamped()
         message.header.frame_id = arm.base_frame
         message.header.stamp = self._node.get_clock().now().to_msg()
@@ -79,7 +79,7 @@ class NodeLink:
         self._targets.publish(message)
 
     def set_parameters(self, values: Mapping[str, Any], done: Callable[[str], object]) -> None:
-        """Set parameters, all or none; `done` gets the reason of a refusal, or an empty text."""
+        """Set parameters atomically; `done` receives the reason of a refusal, or an empty text."""
         request = [_parameter(name, value) for name, value in values.items()]
         future = self._parameters.set_parameters_atomically(request)
         future.add_done_callback(self._queued(lambda answer: done(_refusal(answer))))

@@ -1,4 +1,4 @@
-"""The node's parameters and those that the page has changed: what the panel sends, and nothing else."""
+"""The node's parameters, and those changed on the page, which are the only ones that the panel sends."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 class NodeParameters:
     """Values by name.
 
-    node: what the node said that it has. changed: what was set on the page, which a node that was started again gets
-    anew; everything else stays as the node has it.
+    node: values reported by the node. changed: values set on the page, which the panel sends again to a restarted node;
+    all other parameters keep the node's values.
     """
 
     def __init__(self) -> None:
@@ -19,11 +19,11 @@ class NodeParameters:
 
     @property
     def shown(self) -> dict[str, Any]:
-        """What the page shows."""
+        """Return the values that the page shows."""
         return {**self.node, **self.changed}
 
     def take(self, values: Mapping[str, Any]) -> None:
-        """Note what the node was given and has taken."""
+        """Store values that the node accepted."""
         self.node |= values
 
     def take_back(self, names: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""The panel: one thread that takes what the user did, talks to the IK node, and draws what came back."""
+"""The panel: one thread that handles user actions, talks to the IK node, and draws the results."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Panel:
         self._ask_again = math.inf  # when to repeat a question about parameters
         self._questions = 0
         self._dirty = self._seed_changed = False
-        self._sent = 0.0  # when the last target went out
+        self._sent = 0.0  # time of the last target
         self._fields_due = math.inf  # when the fields are to show the target
         self._robot = robots.parameters_of(SHIPPED[0])
         self._name = SHIPPED[0]  # of the robot, on the page
@@ -72,7 +72,7 @@ class Panel:
         return Microscope(self._server.gui, self._texts, self._controls.on, self._events.put, self._look_again)
 
     def tick(self) -> None:
-        """Do what has come up since the last tick."""
+        """Handle everything since the last tick."""
         with self._server.atomic():
             self._events.run()
             for step in (
@@ -82,7 +82,7 @@ class Panel:
                 self._events.guard(step)
 
     def _failed(self, text: str) -> None:
-        """Say what went wrong, and show again what counts instead of what was asked for."""
+        """Report an error, and show the values in use instead of the requested ones."""
         self._readings.show_notice(text)
         self._controls.show_robots(self._robots.names, self._name)
         self._controls.parameters.show(self._parameters.shown)
@@ -90,10 +90,10 @@ class Panel:
         self._controls.show_target(self._problem.target)
         self._scene.show_target(self._problem.target)
 
-    # The node: is it there, what is it set to?
+    # The node: presence and settings.
 
     def _watch_node(self) -> None:
-        """Notice the node's coming and going; whenever it comes, bring page and node in step."""
+        """Detect that the node appears or disappears; when it appears, synchronise page and node."""
         alive = self._link.alive
         unheard = alive and time.monotonic() > self._ask_again  # the first answers may get lost in discovery
         if alive == self._alive and not unheard:
@@ -114,7 +114,7 @@ class Panel:
         self._link.get_parameters(names, self._take_over)
 
     def _take_over(self, values: dict[str, Any]) -> None:
-        """Show what the node is set to; hand it what was changed on the page, and ask it to compare."""
+        """Show the node's settings, send it the changes made on the page, and enable the comparison."""
         self._ask_again = math.inf
         self._parameters.node = dict(values)
         if not values[COMPARE]:
@@ -127,7 +127,7 @@ class Panel:
         self._send_parameters(self._parameters.changed)
 
     def _take_robot(self, robot: dict[str, str]) -> bool:
-        """Show the node's robot; say what is to be done where it cannot be read here, as on another machine."""
+        """Show the node's robot; if it cannot be read here, tell the user what to do."""
         try:
             arm = robots.load(robot)
         except IkError as error:
@@ -161,7 +161,7 @@ class Panel:
         self._link.set_parameters(values, done)
 
     def _refused(self, values: dict[str, Any], refusal: str) -> None:
-        """Go back to what the node has."""
+        """Show the node's values again."""
         self._parameters.take_back(values)
         self._failed(self._texts.fill('refused by node', reason=refusal))
         if not self._ready:
@@ -186,7 +186,7 @@ class Panel:
             self._link.send_target(self._arm, self._problem.target)
 
     def _show(self) -> None:
-        """Draw what is new."""
+        """Draw new data."""
         if time.monotonic() >= self._fields_due:
             self._fields_due = math.inf
             self._controls.show_target(self._problem.target)
@@ -223,7 +223,7 @@ class Panel:
         self._controls.show_tip(iterate.base_from_tip, text)
 
     def _show_solution(self) -> None:
-        """Draw the arm at the solution, or at the closest approach where the node publishes that, or not at all."""
+        """Draw the arm at the solution, at a published closest approach, or not at all."""
         answers = self._link.answers
         if set(self._arm.joint_names) <= set(answers.solution):
             q = np.array([answers.solution[name] for name in self._arm.joint_names])
@@ -254,14 +254,14 @@ class Panel:
         self._dirty = self._seed_changed = True
         self._fields_due = 0.0
 
-    # What the user can do: see controls.Actions. A page may send any value; what raises changes nothing.
+    # User actions: see controls.Actions. A page may send any value; one that raises changes nothing.
 
     def choose_robot(self, name: str) -> None:
         """Switch to a robot that the page offers."""
         self._switch(self._robots.parameters(name), name)
 
     def upload_urdf(self, text: str, file_name: str) -> None:
-        """Switch to the robot of a URDF; anything else is refused, so that no text opens files."""
+        """Switch to the robot of a URDF text; refuse anything else, so that no text opens files."""
         origin = f'the file {shorten(file_name, 60)!r}'
         try:
             parameters = robots.parameters_of(robot_description=urdf_text(text, origin))
@@ -326,7 +326,7 @@ class Panel:
         self._readings.microscope.choose(method, row)
 
     def set_target(self, target: np.ndarray, dragged: bool = False) -> None:
-        """Take a target (4, 4) from the fields or from the gizmo, which is where it is already."""
+        """Take a target (4, 4) from the fields or from the gizmo."""
         if not np.isfinite(target).all():
             raise ArgumentError('the target is not finite')
         self._problem = Problem(self._arm, self._problem.seed, target)
@@ -344,7 +344,7 @@ class Panel:
         self._dirty = self._seed_changed = True
 
     def set_parameter(self, name: str, value: Any) -> None:
-        """Hand a parameter that was changed on the page to the node, and it alone."""
+        """Send a parameter that was changed on the page to the node."""
         self._parameters.changed[name] = value
         if self._readings.microscope.method != OFF:
             self._look_again()  # the chart of the gains shows it at once, the node at the next target

@@ -37,7 +37,7 @@ def arguments() -> argparse.ArgumentParser:
 def port(text: str) -> int:
     """Read a port that a server can have."""
     if not text.isdecimal() or not 1 <= int(text) <= LAST_PORT:
-        raise argparse.ArgumentTypeError(f'{text!r} is no port; expected 1 to {LAST_PORT}')
+        raise argparse.ArgumentTypeError(f'{text!r} is not a port; expected 1 to {LAST_PORT}')
     return int(text)
 
 
@@ -62,7 +62,7 @@ def main(args: list[str] | None = None, end: Callable[[], str] = lambda: '') -> 
 
 
 def check_host(host: str) -> None:
-    """Raise OSError where this machine cannot serve on an address: viser would wait for ever."""
+    """Raise OSError if this machine cannot serve on an address; viser would wait forever."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(host or None, 0, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind, protocol) as probe:
@@ -98,7 +98,7 @@ def serve(given: argparse.Namespace, flag: StopFlag, end: Callable[[], str]) -> 
 
 
 def spin_for(executor: SingleThreadedExecutor, seconds: float) -> None:
-    """Handle what comes in for so long."""
+    """Handle incoming messages for a time [s]."""
     deadline = time.monotonic() + seconds
     while (left := deadline - time.monotonic()) > 0.0:
         executor.spin_once(timeout_sec=left)

@@ -16,7 +16,7 @@ COMPARE = 'compare'
 
 
 class ParameterControls:
-    """The tab of the parameters; `changed` is called with name and checked value of what the user changed, alone."""
+    """The parameters tab; `changed` is called with the name and checked value of each change by the user."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class ParameterControls:
         self._on(handle, lambda value: self._change(name, read(value)))
 
     def _change(self, name: str, value: Any) -> None:
-        """Hand a value on that the node could take; raises OptionError, or ValueError for what is no number."""
+        """Check a value and pass it on; raises OptionError, or ValueError if it is not a number."""
         self._changed(name, PARAMETERS[name].check(value))
 
     @property

@@ -11,9 +11,9 @@ from ros_ik_pkg.compare.singular import bounds, regular_configuration, smallest_
 from ros_ik_pkg.ik import Arm
 
 SAMPLES = 48  # positions of a joint that are looked at
-OFF_SINGULAR = np.radians(0.1)  # rad; at the singularity itself nothing moves, beside it everything does
+OFF_SINGULAR = np.radians(0.1)  # rad; offset from the singularity, because exactly there the joints do not move
 SHIFT = 0.09  # of the arm's reach, in x, y and z
-NOTHING = 1e-6  # m, or of a singular value: a joint that gains no more stays where it is
+NOTHING = 1e-6  # m, or of a singular value: a joint with less gain does not move
 
 
 def notes(arm: Arm) -> Problem:
@@ -22,15 +22,15 @@ def notes(arm: Arm) -> Problem:
 
 
 def stretched(arm: Arm) -> Problem:
-    """Aim where the seed's arm, elbow straight, just reaches: there it is singular, and can move no further out."""
+    """Aim at the edge of the reach, where the arm with a straight elbow is singular."""
     seed = notes(arm).seed
     return Problem(arm, seed, arm.forward(stretch(arm, seed)))
 
 
 def wrist_singular(arm: Arm) -> Problem:
-    """Start with the last axes but one in line, and aim where they would have to turn."""
+    """Start with the wrist axes in line, and aim where they would have to turn."""
     seed = notes(arm).seed
-    for joint in range(arm.n - 2, 3, -1):  # with six joints the last but one alone; a redundant arm needs more
+    for joint in range(arm.n - 2, 3, -1):  # with six joints only the last but one; a redundant arm needs more
         seed = best_position(arm, seed, joint, lambda q: -smallest_singular_value(arm, q))
     seed = seed.copy()
     seed[-2] = np.clip(np.round(seed[-2], 2) + OFF_SINGULAR, arm.lower[-2], arm.upper[-2])
@@ -81,9 +81,9 @@ def stretch(arm: Arm, q: np.ndarray) -> np.ndarray:
 
 
 def best_position(arm: Arm, q: np.ndarray, joint: int, value: Callable[[np.ndarray], float]) -> np.ndarray:
-    """Return q with one joint where `value` is largest, found by looking at SAMPLES positions and then nearer.
+    """Return q with one joint moved to maximise `value`: a scan over SAMPLES positions, then a refinement.
 
-    A joint that does not matter, such as a wrist for the distance of its centre, is left alone.
+    A joint without influence, such as a wrist joint on the distance of its centre, does not move.
     """
     lower, upper = (limit[joint] for limit in bounds(arm))
     best, width = q[joint], upper - lower

@@ -1,4 +1,4 @@
-"""What the page shows about the answers: status, table, plots."""
+"""Status, table and plots of the page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ros_ik_pkg.panel.style import STYLE
 from ros_ik_pkg.panel.texts import Texts
 
 WIDTH = 450  # pixels
-NOTICE_TIME = 6.0  # s for which a notice stands in place of what the node says
+NOTICE_TIME = 6.0  # s for which a notice replaces the node's message
 
 
 class Readings:
@@ -63,12 +63,12 @@ class Readings:
         self._plots.content = plots_html(answers.curves, old, self._texts, self.microscope.cursor)
 
     def show_problem(self, text: str) -> None:
-        """Say what is wrong with the node, instead of an answer."""
+        """Show a problem with the node instead of a result."""
         self._said = (text, False, '')
         self._write()
 
     def show_notice(self, text: str) -> None:
-        """Say for a while what came of something that the user did."""
+        """Show the outcome of a user action for a while."""
         self._notice, self._until = text, time.monotonic() + NOTICE_TIME
         self._write()
 

@@ -1,4 +1,4 @@
-"""The robots that the page offers: those that come along, the node's own, and those whose URDF was opened."""
+"""The robots that the page offers: the shipped ones, the node's own, and opened URDFs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def parameters_of(robot: str = '', robot_description: str = '') -> dict[str, str
 
 
 def load(parameters: Mapping[str, str]) -> Arm:
-    """Load the arm that the parameters mean, as the node does; raise an IkError where that cannot be done here."""
+    """Return the arm of the parameters, as the node loads it; raises IkError if that is impossible here."""
     description, robot = parameters['robot_description'], parameters['robot']
     if not robot and not description:
         raise ArgumentError('the node takes its robot from the topic robot_description')
@@ -34,7 +34,7 @@ class Robots:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What can be chosen."""
+        """Return the names to choose from."""
         return tuple(self._parameters)
 
     def parameters(self, name: str) -> dict[str, str]:
@@ -44,7 +44,7 @@ class Robots:
         return self._parameters[name]
 
     def add(self, parameters: Mapping[str, str], name: str) -> str:
-        """Offer a robot from now on, and return the name for it: its own, or with a number where that is taken."""
+        """Add a robot and return its name, with a number if the name is taken."""
         name, number = name or 'robot', 1
         label = name
         while self._parameters.get(label, parameters) != parameters:

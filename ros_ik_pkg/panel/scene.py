@@ -1,4 +1,4 @@
-"""The 3D view: the arm, the seed as a ghost, the ways of the tip, and the target with its gizmo."""
+"""The 3D view: arm, seed as a ghost, tip paths, and the target with its gizmo."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ LIGHT_FLOOR, DARK_FLOOR = ((225, 228, 232), (200, 205, 211)), ((48, 51, 56), (66
 GROUND, SKY, SUN = (150, 150, 165), 2.6, 1.6  # colour from below, brightness
 SUN_FROM = (0.3, -0.5, 1.0)
 PATH_WIDTH = 3.5  # pixels
-STRIDE = 0.004  # of the arm's size, about a pixel: the least way from one point of a path to the next
-EASE = 0.3  # of the way to the solution that the arm goes in one tick
+STRIDE = 0.004  # of the arm's size, about a pixel: smallest distance between points of a path
+EASE = 0.3  # fraction of the motion to the solution per tick
 TARGET_RADIUS, AXES, GIZMO = 0.042, 0.13, 0.22  # of the arm's size
 
 
 class Scene:
-    """Draws one arm and what belongs to it; `show_arm` begins anew with another.
+    """Draws one arm with its seed, target and paths; `show_arm` replaces the arm.
 
-    moved: called with the target (4, 4) that the user dragged the gizmo to; on a thread of viser.
+    moved: called with the target (4, 4) when the user drags the gizmo, on a thread of viser.
     """
 
     def __init__(self, server: viser.ViserServer, moved: Callable[[np.ndarray], object]) -> None:
         self._server, self._scene, self._moved = server, server.scene, moved
-        # Shadows and reflections take most of a frame where the graphics card is a program.
+        # Shadows and reflections dominate the frame time with software rendering.
         self._scene.configure_default_lights(enabled=False)
         self._scene.configure_environment_map(hdri=None)
         self._camera = Camera(server)
@@ -44,7 +44,7 @@ class Scene:
         self._arms = 0
 
     def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
-        """Draw an arm, with the meshes of its source where it has them, at its seed (n,), and the target (4, 4)."""
+        """Draw an arm at its seed (n,), with meshes if its source has them, and the target (4, 4)."""
         self._scene.reset()
         self._arm = arm
         self._size = size = size_of(arm)
@@ -71,7 +71,7 @@ class Scene:
         self._ghost.show(seed)
 
     def show_target(self, target: np.ndarray) -> None:
-        """Move the target to a pose (4, 4), and the camera where it would be out of view."""
+        """Move the target to a pose (4, 4), and the camera if the target is out of view."""
         self._gizmo.wxyz, self._gizmo.position = wxyz_of(target), target[:3, 3]
         self._camera.follow(target[:3, 3])
 
@@ -112,7 +112,7 @@ class Scene:
             )
 
     def choose_theme(self, dark: bool) -> None:
-        """Take a floor for a light or a dark page; the ways of the tip change when they are shown again."""
+        """Set the floor for a light or dark page; tip paths change when they are drawn again."""
         self._dark = dark
         self._floor.cell_color, self._floor.section_color = DARK_FLOOR if dark else LIGHT_FLOOR
 
@@ -126,7 +126,7 @@ class Scene:
         self._scene.add_light_directional('/sun', position=SUN_FROM, intensity=SUN)
 
     def _add_paths(self) -> None:
-        """Add one node for the ways of all methods: a page does more for each node than for each line."""
+        """Add one scene node for all tip paths: nodes cost more than lines."""
         none = np.zeros((1, 2, 3))
         self._paths = self._scene.add_line_segments(
             '/paths', none, none, thickness=PATH_WIDTH, thickness_units='screen', visible=False
@@ -160,13 +160,13 @@ class Scene:
 
 
 def linear(colour: tuple[int, int, int]) -> np.ndarray:
-    """Return an sRGB colour as what viser takes for colours of vertices: linear light, 0 to 255."""
+    """Return an sRGB colour as linear RGB, 0 to 255, which viser expects for vertices."""
     share = np.array(colour) / 255.0
     return (255.0 * np.where(share > 0.04045, ((share + 0.055) / 1.055) ** 2.4, share / 12.92)).round().astype(np.uint8)
 
 
 def spaced(points: np.ndarray, stride: float) -> np.ndarray:
-    """Thin points (k, 3) out to one for each stride of the way, the first and the last among them."""
+    """Return points (k, 3) thinned to one per stride, with the first and the last."""
     way = np.cumsum(np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1))
     _, chosen = np.unique(way // stride, return_index=True)
     return points[np.union1d(chosen, np.arange(len(points))[-1:])]

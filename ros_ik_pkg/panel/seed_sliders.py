@@ -46,7 +46,7 @@ class SeedSliders:
         return slider
 
     def _move(self, joint: int, value: float) -> None:
-        """Hand a position on [rad, m]; raises ArgumentError where the joint cannot go there."""
+        """Pass a position [rad, m] on; raises ArgumentError if it is outside the slider."""
         slider = self._sliders[joint]
         if not slider.min <= value <= slider.max:
             name = self._arm.joint_names[joint]

@@ -11,7 +11,7 @@ from ros_ik_pkg.compare.problem import NOTES_ROBOT
 from ros_ik_pkg.panel import panel_node
 
 STOP_TIMEOUT = 10.0  # s
-# Descents long enough to see the transpose method arrive, tolerances where the plots end.
+# Descents long enough for the transpose method to converge, tolerances at the lower end of the plots.
 PARAMETERS = {'max_iterations': '2000', 'position_tolerance': '1.0e-6', 'orientation_tolerance': '1.0e-6'}
 
 
@@ -24,9 +24,9 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def main() -> int:
-    """Run both; a node that ends by itself ends the panel too, with code 1."""
+    """Run both; returns 1 if the node ends by itself, which also ends the panel."""
     given = arguments().parse_args()
-    node = subprocess.Popen(node_command(given), start_new_session=True)  # Ctrl-C reaches it through here alone
+    node = subprocess.Popen(node_command(given), start_new_session=True)  # Ctrl-C reaches it only through this process
 
     def ended() -> str:
         return '' if node.poll() is None else f'the IK node ended by itself, with code {node.returncode}'

@@ -4,34 +4,40 @@ from __future__ import annotations
 
 import time
 import traceback
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.qos import qos_policy_name_from_kind
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import String
 
 from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
 from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
-from ros_ik_pkg.ik.text import shorten
+from ros_ik_pkg.ik.text import list_names, shorten
 from ros_ik_pkg.ros.handling.result import REFUSED, SOLVED, Result
-from ros_ik_pkg.ros.handling.target_handler import AWAITING_ROBOT, TargetHandler
+from ros_ik_pkg.ros.handling.target_handler import TargetHandler
+from ros_ik_pkg.ros.handling.target_queue import TargetQueue
+from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.robot_source import RobotSource, follows_topic
 from ros_ik_pkg.ros.input.target import UNREAD, Target
 from ros_ik_pkg.ros.input.target_reader import read_target
 from ros_ik_pkg.ros.input.tf_frames import TfFrames
 from ros_ik_pkg.ros.interface import topics
-from ros_ik_pkg.ros.interface.parameters import Parameters, Settings, warnings_about_unknown
+from ros_ik_pkg.ros.interface.parameters import Parameters, Settings
 from ros_ik_pkg.ros.output.comparison import Comparison
 from ros_ik_pkg.ros.output.health import Health
+from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.output.publishers import Publishers
 from ros_ik_pkg.ros.output.statuses import key_values
+from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
+from ros_ik_pkg.ros.runtime.timers import OneShot, steady_timer
 
 # s from a solution to all that is said about it: whoever waits for the solution, often with one core left, has it first
 REPORT_DELAY = 0.0005
 LOG_PERIOD = 1.0  # s between log lines of one kind, however fast targets come
 HEALTH_PERIOD = 1.0  # s, REP 107
-WAITING_LOG_PERIOD = 5.0  # s
 
 
 class IkNode(Node):
@@ -44,12 +50,12 @@ class IkNode(Node):
         # Undeclared ones are refused by Parameters, by name; rclpy's own refusal does not say which.
         super().__init__(topics.NODE_NAME, allow_undeclared_parameters=True)
         self._frames = TfFrames(self)
-        self._handler = TargetHandler(self.get_clock(), self._frames)
-        self._robot_source = RobotSource()
+        self._robot_source = RobotSource(self.resolve_topic_name(topics.ROBOT_DESCRIPTION.name))
+        joint_states = JointStates(self.resolve_topic_name(topics.JOINT_STATES.name))
+        self._handler = TargetHandler(self.get_clock(), self._frames, joint_states, self._robot_source.awaited)
+        self._said = ''  # the last about a robot that is missing or ignored
         self._health = Health()
-        Parameters(self, self._arm_for, self._take_over)
-        for text in warnings_about_unknown(self):
-            self.get_logger().warning(text)
+        parameters = Parameters(self, self._arm_for, self._take_over)
         if CACHE_FOLDER is None:
             self.get_logger().warning('compiled code stays in memory, every start compiles: nothing can be written to '
                                       'NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')  # fmt: skip
@@ -57,44 +63,61 @@ class IkNode(Node):
         _complete(self._handler.arm)
         self._outputs = Publishers(self)
         self._comparison = Comparison(self, self._outputs.trace)
-        self._diagnostics = self.create_publisher(
-            DiagnosticArray, topics.DIAGNOSTICS.name, topics.DIAGNOSTICS.qos
-        )
+        self._diagnostics = Publisher(self, topics.DIAGNOSTICS)
         self._results: list[tuple[Result, Settings, float]] = []  # and its latency [s]; not reported yet
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._report_timer = self.create_timer(REPORT_DELAY, self._report_results, clock=steady, autostart=False)
-        self.create_timer(HEALTH_PERIOD, self._report_health, clock=steady)
+        self._report_timer, self._report_due = OneShot(self, REPORT_DELAY, self._report_results), 0.0
+        self._targets = TargetQueue(self, self._handle, self._answer, self._give_up)
+        self._period_began = time.monotonic()
+        steady_timer(self, HEALTH_PERIOD, self._report_health)
         self._subscribe(topics.ROBOT_DESCRIPTION, self._on_robot_description)
         self._subscribe(topics.JOINT_STATES, self._handler.joint_states.keep)
-        self._subscribe(topics.TARGET_POSE, self._on_target, raw=True)
-        self.get_logger().info(f'ready: {self._described()}')
+        self._subscribe(topics.TARGET_POSE, self._targets.put, raw=True)
+        for text in parameters.refuse_unknown():
+            self.get_logger().warning(text)
+        self._say_what_runs()
 
     def _subscribe(self, topic: topics.Topic, callback, raw: bool = False) -> None:
-        self.create_subscription(topic.type, topic.name, callback, topic.qos, raw=raw)
+        def on_incompatible_qos(event: Any) -> None:
+            policy = qos_policy_name_from_kind(event.last_policy_kind)
+            self.get_logger().warning(topics.advice_on_qos(self.resolve_topic_name(topic.name), policy))
 
-    def _on_target(self, data: bytes) -> None:
-        """Answer one target, the bytes of a PoseStamped: the solution leaves now, everything about it soon after."""
-        started = time.perf_counter()
-        if self._results and self._report_timer.is_ready():  # where targets queue up, it does not get its turn
+        self.create_subscription(
+            topic.type,
+            topic.name,
+            callback,
+            topic.qos,
+            event_callbacks=SubscriptionEventCallbacks(incompatible_qos=on_incompatible_qos),
+            qos_overriding_options=QoSOverridingOptions(topics.OVERRIDABLE),
+            raw=raw,
+        )
+
+    def _handle(self, data: bytes, waited: float) -> Result | None:
+        """Return the result of a target, the bytes of a PoseStamped: an unforeseen error must not end the node."""
+        if self._results and self._report_timer.overdue():  # where targets queue up, it does not get its turn
+            self._report_timer.cancel()
             self._report_results()
-        result = self._handle(data)
+        target = UNREAD
+        try:
+            target = read_target(data)
+            return self._handler.handle(target, self._outputs.want_trace(), waited)
+        except Exception as error:
+            return self._internal_error(target, error)
+
+    def _give_up(self, data: bytes, status: str, why: str) -> Result:
+        return self._handler.given_up(read_target(data), status, why)
+
+    def _answer(self, result: Result, arrived: float) -> bool:
+        """Publish the command now, and all about it soon after; return whether there is a command."""
         settings = self._handler.settings
         try:
             self._outputs.publish_command(result, settings.trajectory_time)
         except Exception as error:  # the target gets its result all the same
             result = self._internal_error(result.target, error)
-        self._results.append((result, settings, time.perf_counter() - started))
+        self._results.append((result, settings, time.perf_counter() - arrived))
         if len(self._results) == 1:
-            self._report_timer.reset()
-
-    def _handle(self, data: bytes) -> Result:
-        """Answer a target whatever happens: an error that nobody foresaw must not end the node."""
-        target = UNREAD
-        try:
-            target = read_target(data)
-            return self._handler.handle(target, self._outputs.want_trace())
-        except Exception as error:
-            return self._internal_error(target, error)
+            self._report_due = time.perf_counter() + REPORT_DELAY
+            self._report_timer.start()
+        return result.command is not None
 
     def _internal_error(self, target: Target, error: Exception) -> Result:
         self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
@@ -102,7 +125,7 @@ class IkNode(Node):
 
     def _report_results(self) -> None:
         """Say what there is to say about the answers since the last time."""
-        self._report_timer.cancel()
+        self._targets.all_had_their_turn(self._report_due)
         answered, self._results = self._results, []
         for result, settings, latency in answered:
             try:
@@ -128,11 +151,15 @@ class IkNode(Node):
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use settings and arm that were found good."""
-        arm_changed = self._handler.settings is not None and arm is not self._handler.arm
+        previous = self._handler.arm
+        arm_changed = self._handler.settings is not None and arm is not previous
         self._handler.take_over(settings, arm)
+        if arm is not None and arm is not previous:
+            for text in arm.warnings:
+                self.get_logger().warning(f'robot {arm.name}: {text}')
         if arm_changed:
             _complete(arm)
-            self.get_logger().info(self._described(), throttle_duration_sec=LOG_PERIOD)
+            self._say_what_runs()
 
     def _on_robot_description(self, message: String) -> None:
         """Load the arm of the topic where the parameters name none; a malformed one leaves the old arm."""
@@ -140,12 +167,20 @@ class IkNode(Node):
             return
         settings = self._handler.parameters
         try:
-            self._robot_source.take(message.data)
+            name = self._robot_source.take(message.data)
             if follows_topic(settings):
-                self._take_over(settings, self._arm_for(settings, arm_changes=True))
+                self._take_over(settings, self._load_from_topic(settings))
+            elif self._handler.arm is None or name != self._handler.arm.name:
+                self._say_once(self._robot_source.ignored(name, settings))
         except IkError as error:
             kept = f'keeping {self._handler.arm.name}' if self._handler.arm else 'still without a robot'
             self.get_logger().error(f'{shorten(str(error), 1000)}; {kept}', throttle_duration_sec=LOG_PERIOD)
+
+    def _load_from_topic(self, settings: Settings) -> Arm | None:
+        try:
+            return self._arm_for(settings, arm_changes=True)
+        except IkError as error:
+            raise self._robot_source.reject(error) from error
 
     def get_parameter_type(self, name: str) -> int:
         """Return a type as messages hold it; of a name that is not known, rclpy's own returns what no message takes."""
@@ -153,6 +188,7 @@ class IkNode(Node):
 
     def destroy_node(self) -> None:
         """Say what is left to say, end the threads, then the node."""
+        self._targets.close()
         self._report_results()
         self._outputs.reports.close()
         self._comparison.worker.close()
@@ -160,31 +196,60 @@ class IkNode(Node):
         super().destroy_node()
 
     def _report_health(self) -> None:
-        """Publish /diagnostics once a second, and say what the node waits for."""
+        """Publish /diagnostics once a second, and say what is missing."""
         arm = self._handler.arm
-        waiting = '' if arm else AWAITING_ROBOT
-        if waiting:
-            self.get_logger().info(waiting, throttle_duration_sec=WAITING_LOG_PERIOD)
+        waiting = self._robot_source.rejected if follows_topic(self._handler.parameters) else ''
+        if arm is None:
+            waiting = self._robot_source.awaited()
+            self._say_once(waiting)
+        began, self._period_began = self._period_began, time.monotonic()
         status = self._health.report(
-            self._handler.settings.health_limits, HEALTH_PERIOD, waiting, self._handler.joint_states_age()
+            self._handler.settings.health_limits,
+            self._period_began - began,
+            waiting,
+            self._handler.joint_states_age(),
+            self._doubts(),
         )
-        status.name = f'{self.get_fully_qualified_name()}: health'
+        status.name = f'{name_in_statuses(self)}: health'
         status.hardware_id = arm.name if arm else ''
         status.values += key_values({'reports_dropped': self._outputs.reports.take_dropped()})
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
 
-    def _described(self) -> str:
-        """Describe the arm and what is done with it, in one line."""
+    def _doubts(self) -> tuple[int, str]:
+        """Return for how many targets joint states were not believed, and why; log the reason."""
+        count, reason = self._handler.joint_state_check.take_doubts()
+        if not count:
+            return 0, ''
+        topic = self.resolve_topic_name(topics.JOINT_STATES.name)
+        publishers = sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+                             for info in self.get_publishers_info_by_topic(topic)})  # fmt: skip
+        text = (
+            f'contradictory joint states on {topic}, published by {list_names(publishers)}: {reason}; '
+            'steps continue from the last command'
+        )
+        self.get_logger().warning(text)
+        return count, text
+
+    def _say_what_runs(self) -> None:
+        """Log that the node is ready and with what arm, or why it is not."""
         arm, method = self._handler.arm, self._handler.settings.options.method
         if arm is None:
-            return AWAITING_ROBOT
+            self._say_once(self._robot_source.awaited())
+            return
+        self._said = ''
         target = self.resolve_topic_name(topics.TARGET_POSE.name)
-        return (
-            f'arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.tip_frame}, method {method}, '
+        self.get_logger().info(
+            f'ready: arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.tip_frame}, method {method}, '
             f'targets on {target}'
         )
+
+    def _say_once(self, text: str) -> None:
+        """Log a warning, unless it is the last one again."""
+        if text != self._said:
+            self._said = text
+            self.get_logger().warning(text)
 
 
 def _check_lengths(settings: Settings, arm: Arm, arm_changes: bool) -> None:

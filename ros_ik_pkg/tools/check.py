@@ -1,4 +1,4 @@
-"""One line of the demonstration: what came back for a target, and whether it was right."""
+"""One line of the demo: the reply to a target and its verdict."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROUNDING = 1.001  # the tolerances are checked in another arithmetic than the so
 
 @dataclass(frozen=True)
 class Check:
-    """A reply and its verdict; `fault` is empty where it was right."""
+    """A reply and its verdict; `fault` is empty if it is right."""
 
     method: str
     number: int
@@ -70,7 +70,7 @@ def judge_reachable(arm: Arm, method: str, number: int, target: np.ndarray, repl
 
 def judge_unreachable(arm: Arm, method: str, number: int, target: np.ndarray, reply: Reply) -> Check:
     """Judge the reply to a target out of reach: a reason, and no joint positions."""
-    fault = 'solved what is out of reach' if reply.solved or reply.joints else ''
+    fault = 'solved a target that is out of reach' if reply.solved or reply.joints else ''
     return Check(method, number, reply, _foreign_method(method, reply) or fault)
 
 
@@ -80,11 +80,11 @@ def _foreign_method(method: str, reply: Reply) -> str:
 
 
 def _not_at_target(arm: Arm, target: np.ndarray, reply: Reply) -> str:
-    """Say how far the tip is from the target, where it is too far."""
+    """Return the distance from the target if it exceeds the tolerance."""
     if not reply.solved:
         return f'not solved: {reply.message}'
     if not reply.iterations:
-        return 'no iterations came'
+        return 'no iterations received'
     reached = arm.base_from_frame(arm.tip_frame, reply.joints)
     distance = float(np.linalg.norm(target[:3, 3] - reached[:3, 3]))
     angle = float(np.linalg.norm(pinocchio.log3(target[:3, :3] @ reached[:3, :3].T)))

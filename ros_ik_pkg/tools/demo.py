@@ -23,9 +23,9 @@ from ros_ik_pkg.tools.send_target import pose_message
 
 REACHABLE = 5
 CANDIDATES = 50  # configurations that the reachable targets are picked from
-SPREAD = 0.4  # of the way from home towards a random configuration: far enough to see the methods differ
+SPREAD = 0.4  # fraction of the motion from home to a random configuration; enough for the methods to differ
 OUT_OF_REACH = 100.0  # m
-START_TIMEOUT = 900.0  # s; the first start on a machine compiles the solver, for minutes where the machine is busy
+START_TIMEOUT = 900.0  # s; the first start compiles the solver, which takes minutes on a busy machine
 REPLY_TIMEOUT = 60.0  # s
 # One long descent instead of many short ones, so that even the transpose method shows its whole curve.
 PARAMETERS = {'max_iterations': 20000, 'deadline': 5.0}
@@ -62,7 +62,7 @@ def main() -> int:
 
 
 def running_node(robot: str) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
-    """Run the IK node as a process of its own."""
+    """Run the IK node as a separate process."""
     quoted = robot.replace("'", "''")
     return running('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', f"robot:='{quoted}'")
 
@@ -81,7 +81,7 @@ def wait_for_start(client: IkClient, process: subprocess.Popen[bytes]) -> None:
 
 
 def checks(client: IkClient, arm: Arm) -> Iterator[Check]:
-    """Send every target with every method; print each line as it comes in."""
+    """Send every target with every method and print each result when it arrives."""
     home = dict(zip(arm.joint_names, map(float, arm.home)))
     targets = reachable_targets(arm)
     beyond = targets[0].copy()
@@ -113,7 +113,7 @@ def reachable_targets(arm: Arm) -> list[np.ndarray]:
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     candidates = arm.home + SPREAD * (random.uniform(lower, upper, (CANDIDATES, arm.n)) - arm.home)
     smallest_singular_value = [np.linalg.svd(arm.jacobian(q), compute_uv=False)[-1] for q in candidates]
-    # Away from singularities, where the transpose method crawls for a million iterations.
+    # Away from singularities, where the transpose method needs up to a million iterations.
     return [arm.forward(candidates[i]) for i in np.argsort(smallest_singular_value)[-REACHABLE:]]
 
 

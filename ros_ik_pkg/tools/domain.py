@@ -1,4 +1,4 @@
-"""A ROS domain of one's own, so that programs on one machine do not hear each other."""
+"""Choose a separate ROS domain, so that programs on one machine do not interfere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Send one target pose to the running IK node and print what it answers."""
+"""Send one target pose to the running IK node and print the result."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def main() -> int:
-    """Set the parameter and say what it is now, or why not."""
+    """Set the parameter and print its new value, or the reason of a refusal."""
     given = arguments().parse_args()
     try:
         with ros_node('set_param') as node, IkClient(node, given.node) as client:
@@ -41,12 +41,12 @@ def main() -> int:
 
 
 def set_from_text(client: IkClient, name: str, text: str) -> None:
-    """Set a parameter to what the text means for its type; raises NodeError with the reason of a refusal."""
+    """Set a parameter from text, read by its type; raises NodeError with the reason of a refusal."""
     client.set_parameters({name: read(text, client.parameter_type(name))})
 
 
 def read(text: str, kind: int) -> Any:
-    """Read a value for a parameter type; what is none stays a text, which the node refuses with what it expects."""
+    """Return the value of a text for a parameter type; text that does not fit stays text, and the node refuses it."""
     if kind not in READERS:
         return text
     try:
@@ -60,7 +60,7 @@ def _flag(value: Any) -> bool:
 
 
 def _whole(value: Any) -> int | float:
-    """Return a whole number, as a number with a point where a message has no room for it."""
+    """Return an integer, or a float if it does not fit in a message."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         _refuse()
     return value if abs(value) < 2**63 else float(value)

@@ -40,7 +40,7 @@ def test_an_address_of_another_machine_is_refused(module, host):
 def test_a_port_that_no_server_can_have_is_refused(port):
     done = run('start', f'--port={port}')
     assert done.returncode == 2 and done.stdout == '' and 'Traceback' not in done.stderr
-    assert f"'{port}' is no port; expected 1 to 65535" in done.stderr
+    assert f"'{port}' is not a port; expected 1 to 65535" in done.stderr
 
 
 def test_a_node_by_a_name_that_is_none_is_refused():

@@ -6,23 +6,20 @@ import ast
 import configparser
 import os
 import re
-import runpy
 import shutil
 import subprocess
 import sys
-import types
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
-from ros_ik_pkg.ros.interface import topics
-from ros_ik_pkg.ros.interface.parameters import PARAMETERS
+import ros_ik_pkg
 
 pytestmark = pytest.mark.once
 
 NAME = 'ros_ik_pkg'
-TWO_ARMS = 'two_arms.launch.py'
 ROOT = Path(__file__).resolve().parents[2]
 NOT_SHIPPED = ('.git', '.venv*', '.*_cache', '.hypothesis', 'build', 'install', 'log', '__pycache__')
 
@@ -83,15 +80,28 @@ def test_manifest_is_of_an_ament_python_package(manifest):
     assert text_of(manifest, 'license') == ['Apache-2.0']
 
 
-def test_manifest_has_a_maintainer_address_that_colcon_accepts(manifest):
+def test_manifest_has_a_maintainer_address_that_colcon_accepts_and_nobody_owns(manifest):
     address = manifest.find('maintainer').get('email')
+    assert address.endswith('.invalid')
     assert re.fullmatch(r'[\w.+-]+@[\w-]+(\.[\w-]+)*\.[a-zA-Z]{2,}', address)
 
 
-def test_version_is_the_same_everywhere(manifest, setup_call):
-    version = ast.literal_eval(setup_call['version'])
-    assert text_of(manifest, 'version') == [version]
+def test_version_is_stated_once_and_read_from_there(manifest, setup_call):
+    (version,) = text_of(manifest, 'version')
+    assert ast.unparse(setup_call['version']) == "MANIFEST.findtext('version')"
+    assert ros_ik_pkg.__version__ == version
     assert re.search(r'^(\d+\.\d+\.\d+) ', (ROOT / 'CHANGELOG.rst').read_text(), re.M)[1] == version
+    citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text())
+    assert (citation['version'], citation['license']) == (version, *text_of(manifest, 'license'))
+
+
+def test_types_are_shipped(setup_call):
+    assert (ROOT / NAME / 'py.typed').is_file()
+    assert ast.unparse(setup_call['package_data']) == "{NAME: ['py.typed']}"
+
+
+def test_setup_has_no_address_of_its_own(setup_call):
+    assert not {'author_email', 'maintainer_email'} & set(setup_call)
 
 
 def test_manifest_depends_on_every_library_that_is_imported(manifest):
@@ -120,95 +130,6 @@ def test_console_script_leads_to_a_function(name):
 
 def test_every_folder_with_code_is_a_package():
     assert all((path.parent / '__init__.py').is_file() for path in (ROOT / NAME).rglob('*.py'))
-
-
-@pytest.fixture(scope='module')
-def launch_node() -> dict[str, ast.expr]:
-    """Keyword arguments of the Node in the launch file."""
-    return keywords_of('Node', ROOT / 'launch' / 'ik.launch.py')
-
-
-def launch_arguments(file: str = 'ik.launch.py') -> dict[str, tuple[str, str]]:
-    tree = ast.parse((ROOT / 'launch' / file).read_text())
-    assignments = (node for node in tree.body if isinstance(node, ast.Assign))
-    return next(ast.literal_eval(node.value) for node in assignments if node.targets[0].id == 'ARGUMENTS')
-
-
-def test_launch_file_starts_the_node_of_this_package(launch_node):
-    assert ast.literal_eval(launch_node['package']) == NAME
-    assert ast.literal_eval(launch_node['executable']) in entry_points()
-    assert ast.literal_eval(launch_node['name']) == topics.NODE_NAME
-
-
-def test_launch_file_remaps_topics_that_the_node_has():
-    arguments = launch_arguments()
-    assert {'robot', 'method', 'params_file', 'namespace'} < set(arguments)
-    for topic in (topics.TARGET_POSE, topics.JOINT_STATES, topics.ROBOT_DESCRIPTION):
-        assert arguments[topic.name][0] == topic.name
-
-
-class Stand:
-    """Stands for the classes of launch, which ROS from wheels does not have: keeps what it is made with."""
-
-    def __init__(self, *arguments, **named) -> None:
-        self.arguments, self.named = arguments, named
-
-    def perform(self, given):
-        return given[self.arguments[0]]
-
-
-@pytest.fixture
-def started(monkeypatch):
-    """A function that gives the Node of the launch file, started with some arguments."""
-    for module in ('launch', 'launch.actions', 'launch.substitutions', 'launch_ros', 'launch_ros.actions',
-                   'launch_ros.parameter_descriptions'):  # fmt: skip
-        stand_in = types.ModuleType(module)
-        for name in ('LaunchDescription', 'DeclareLaunchArgument', 'OpaqueFunction', 'LaunchConfiguration', 'Node',
-                     'ParameterValue'):  # fmt: skip
-            setattr(stand_in, name, Stand)
-        monkeypatch.setitem(sys.modules, module, stand_in)
-    space = runpy.run_path(str(ROOT / 'launch' / 'ik.launch.py'))
-    defaults = {name: default for name, (default, _) in space['ARGUMENTS'].items()}
-    return lambda **given: space['start_node'](defaults | given)[0].named
-
-
-def values_of(parameters) -> dict[str, str]:
-    return {name: value.arguments[0] for name, value in parameters.items()}
-
-
-@pytest.mark.parametrize(
-    ('given', 'values'),
-    [
-        ({'robot': 'ur5'}, {'robot': 'ur5'}),
-        ({'base_frame': 'a', 'tip_frame': 'b'}, {'base_frame': 'a', 'tip_frame': 'b'}),
-        ({'robot_from_topic': 'true'}, {'robot': '', 'robot_description': ''}),
-        ({'robot_from_topic': 'True', 'tip_frame': 'b'}, {'robot': '', 'robot_description': '', 'tip_frame': 'b'}),
-    ],
-)
-def test_launch_file_sets_what_is_given_and_can_take_the_robot_of_the_topic(started, given, values):
-    *_, chosen = started(**given)['parameters']
-    assert values_of(chosen) == values and set(values) <= set(PARAMETERS)
-    assert all(value.named == {'value_type': str} for value in chosen.values())
-
-
-def test_launch_file_leaves_alone_what_is_not_given_and_remaps_what_is(started):
-    assert started()['parameters'] == []
-    assert started(params_file='some.yaml')['parameters'] == ['some.yaml']
-    assert ('robot_description', '/robot_description') in started(robot_description='/robot_description')['remappings']
-
-
-def test_launch_file_of_two_arms_starts_nodes_in_namespaces_that_share_topics():
-    node, text = keywords_of('Node', ROOT / 'launch' / TWO_ARMS), (ROOT / 'launch' / TWO_ARMS).read_text()
-    assert [ast.literal_eval(node[key]) for key in ('package', 'executable', 'name')] == [NAME, *['ik_node'] * 2]
-    assert node['namespace'].id == 'side' and "for side in ('left', 'right')" in text
-    arguments = launch_arguments(TWO_ARMS)
-    for topic in (topics.JOINT_STATES, topics.ROBOT_DESCRIPTION):
-        assert arguments[topic.name][0] == f'/{topic.name}'
-    assert "for topic in ('joint_states', 'robot_description')" in ast.unparse(node['remappings'])
-    assert {f'{side}_{frame}' for side in ('left', 'right') for frame in ('base', 'tip')} < set(arguments)
-    set_by_side = re.findall(r"^        '(\w+)': given\[", text, re.MULTILINE)
-    assert set_by_side == ['robot', 'base_frame', 'tip_frame', 'method']
-    assert set(set_by_side) <= set(PARAMETERS)
 
 
 @pytest.fixture(scope='module')

@@ -192,7 +192,7 @@ def test_joints_that_a_client_publishes_are_heard(program, tmp_path):
     ):
         wait_until_ready(process, log)
         client.connect(TIMEOUT)
-        assert 'no message on joint_states yet' in client.solve(pose, TIMEOUT).message
+        assert 'no message on /robot/joint_states yet' in client.solve(pose, TIMEOUT).message
         deadline = time.monotonic() + TIMEOUT
         client.publish_joints(home)
         while not client.solve(pose, TIMEOUT).solved:  # two topics have no common order, and joint states may be lost

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros_helpers import (
     DEFAULTS,
     ROOT,
@@ -294,13 +295,23 @@ def test_in_a_namespace_a_robot_description_comes_by_topic_late_or_broken(runnin
     arguments = ['-r', '__ns:=/left', '-p', "robot:=''", '-p', 'tip_frame:=l2', '-p', 'seed_source:=home']
     with node_process(log, *arguments) as process:
         client = Client(running.node, '/left/ik_node')
-        wait_until_ready(process, log)
+        wait_until_ready(process, log, 'no robot yet')
         client.connect()
-        assert 'no robot yet' in client.solve(pose, TIMEOUT).message
+        message = client.solve(pose, TIMEOUT).message
+        assert message.startswith('no robot yet: no URDF came on topic /left/robot_description')
+        client.send_description('<robot name="broken"><link')
+        # The reason stays in what is said from now on.
+        client.wait_for(lambda: 'well-formed' in client.solve(pose, TIMEOUT).message, 'a refusal with the reason')
+        reason = 'no robot yet: topic /left/robot_description: line 1, column 22: not well-formed XML'
+        assert client.solve(pose, TIMEOUT).message.startswith(reason)
+        client.health.clear()
+        client.wait_for(lambda: any(reason in status.message for status in client.health), 'health with the reason')
+        assert 'ready: ' not in log.read_text()
         client.send_description(FORK)
         client.wait_for(lambda: client.solve(pose, TIMEOUT).solved, 'a solution with the robot of the topic')
+        assert 'ready: arm fork' in log.read_text()
         for text, complaint in (('<robot name="broken"><link', 'not well-formed XML'), ('', "the text is ''")):
-            complained = f'topic robot_description: .*{complaint}.*; keeping fork'
+            complained = f'topic /left/robot_description: .*{complaint}.*; keeping fork'
             # Once a second at most there is a line about it, so it may take more than one.
             client.wait_for(
                 lambda text=text, complained=complained: client.send_description(text)
@@ -414,3 +425,127 @@ def test_the_shipped_parameters_file_starts_the_node_and_a_slip_in_a_name_is_tol
     with node_process(log, '--params-file', file, '-p', 'max_iteration:=5') as process:
         wait_until_ready(process, log)
     assert 'max_iteration is not known and ignored; did you mean max_iterations?' in log.read_text()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (['--robot', 'panda'], "'--robot'; a parameter is set by --ros-args -p robot:=panda"),
+        (['--robot=panda'], '--ros-args -p robot:=panda'),
+        (['robot:=panda'], '--ros-args -p robot:=panda'),  # by itself it is a remapping, of nothing
+        (['--ros-args', '-p', 'robot:=ur5', '--', 'panda'], "unknown argument 'panda'"),
+    ],
+)
+def test_an_argument_that_is_not_for_ros_is_refused_with_what_to_write(arguments, words):
+    ended = run_to_its_end(*arguments)
+    assert ended.returncode == 2 and words in ended.stderr and ended.stderr.count('\n') == 1
+
+
+def test_help_says_how_to_set_parameters_and_starts_nothing():
+    ended = run_to_its_end('--help')
+    assert ended.returncode == 0 and '--ros-args -p robot:=panda' in ended.stdout and not ended.stderr
+
+
+def run_to_its_end(*arguments):
+    """Run the node's program, which must end by itself."""
+    command = [sys.executable, '-m', 'ros_ik_pkg.ros.ik_node', *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=START_TIMEOUT)
+
+
+def test_a_start_that_fails_is_in_the_ros_log_too(tmp_path, monkeypatch):
+    monkeypatch.setenv('ROS_LOG_DIR', str(tmp_path))
+    assert run_to_its_end('--ros-args', '-p', 'robot:=no_such_arm').returncode == 1
+    (log,) = tmp_path.glob('*.log')
+    assert 'cannot start: ' in log.read_text() and 'no_such_arm' in log.read_text()
+
+
+def test_numbers_that_come_as_text_are_taken_as_ros2_param_load_sends_them(client):
+    # A stand-in for `ros2 param load`: it writes values as text and reads them as YAML 1.1, in which 1e-05 is text; a
+    # list of whole and other numbers it sends as one text.
+    lists = '[1.0, 1, 1e-05, 1, 1, 0.0]'
+    for name, text, value in (('position_tolerance', '1e-05', 1e-5), ('task_weights', lists, [1, 1, 1e-5, 1, 1, 0])):
+        assert not client.set_one(Parameter(name, value=text))
+        assert client.parameter(name) == value
+    assert client.parameter_type('position_tolerance') == Parameter.Type.DOUBLE.value
+    assert client.parameter_type('task_weights') == Parameter.Type.DOUBLE_ARRAY.value
+
+
+def test_a_list_of_whole_numbers_is_refused_as_a_list(client):
+    assert 'task_weights = [1, 1, 1] is not allowed' in client.set_one(Parameter('task_weights', value=[1, 1, 1]))
+
+
+def test_velocities_of_another_length_are_noted_once_and_the_positions_taken(client, arm):
+    state = joint_state(arm.joint_names, arm.home + 0.05)
+    state.velocity = [0.0, 0.0]
+    pose = pose_of(arm.forward(arm.home + 0.05))
+    reply = client.settle(pose, lambda reply: '2 velocities' in reply.figures['notes'], state)
+    assert reply.solved and reply.figures['iterations'] == '0'
+    client.send_joint_state(state)
+    assert client.solve(pose, TIMEOUT).figures['notes'] == ''
+
+
+def test_a_solution_for_a_target_of_stamp_zero_has_the_time_of_now_and_its_result_the_stamp(client, arm):
+    before = client.node.get_clock().now().seconds_nanoseconds()
+    pose = pose_of(arm.forward(arm.home + 0.1))
+    for stamps in (client.solutions, client.statuses):
+        stamps.pop((0, 0), None)
+    known = set(client.solutions)
+    client.send(pose)
+    client.wait_for(lambda: client.statuses.get((0, 0)) and set(client.solutions) - known, 'a result and a solution')
+    (stamp,) = set(client.solutions) - known
+    assert before <= stamp <= client.node.get_clock().now().seconds_nanoseconds()
+
+
+def test_the_node_has_one_name_in_all_statuses(client, arm):
+    client.health.clear()
+    reply = client.solve(pose_of(arm.forward(arm.home)), TIMEOUT)
+    client.wait_for(lambda: client.health, 'health')
+    assert (reply.status.name, client.health[-1].name) == ('ik_node: solved', 'ik_node: health')
+
+
+def test_a_robot_on_the_topic_is_said_once_to_be_ignored_if_a_parameter_names_another(running, tmp_path):
+    log = tmp_path / 'log'
+    arguments = ['-r', '__ns:=/named', '-p', 'robot:=ur5', '-p', 'seed_source:=home']
+    with node_process(log, *arguments) as process, Client(running.node, '/named/ik_node') as client:
+        wait_until_ready(process, log)
+        client.connect()
+        client.wait_for(lambda: client.send_description(FORK) or 'is ignored' in log.read_text(), 'that it is ignored')
+        client.send_description(FORK.replace('right_a', 'right_c'))  # the same robot, published anew
+        client.set_parameters({'robot': '', 'tip_frame': 'l2'})
+        assert client.solve(pose_of(np.eye(4)), TIMEOUT).status.hardware_id == 'fork'
+    said = log.read_text()
+    assert said.count("robot 'fork' on topic /named/robot_description is ignored: parameter robot = 'ur5'") == 1
+    assert "to follow the topic, set robot and robot_description to ''" in said
+
+
+def test_no_robot_is_said_once_when_the_description_is_taken_away_and_comes_back(running, tmp_path):
+    log = tmp_path / 'log'
+    arguments = ['-r', '__ns:=/away', '-p', "robot:=''", '-p', f'robot_description:={FORK}', '-p', 'tip_frame:=l2']
+    with node_process(log, *arguments) as process, Client(running.node, '/away/ik_node') as client:
+        wait_until_ready(process, log)
+        client.connect()
+        client.set_parameters({'robot_description': ''})
+        client.health.clear()
+        client.wait_for(lambda: len(client.health) > 1, 'two health reports')
+        client.set_parameters({'robot_description': FORK})
+    assert log.read_text().count('no robot yet') == 1
+
+
+def test_a_best_effort_publisher_of_targets_is_heard_with_the_override_that_the_warning_names(running, tmp_path):
+    name, override = '/deaf/ik_node', 'qos_overrides./deaf/target_pose.subscription.reliability:=best_effort'
+    best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    targets = running.node.create_publisher(topics.TARGET_POSE.type, topics.TARGET_POSE.of(name), best_effort)
+    log, pose = tmp_path / 'log', pose_of(np.eye(4))
+    arguments = ['-r', '__ns:=/deaf', '-p', 'seed_source:=home']
+    try:
+        with node_process(log, *arguments) as process:
+            wait_until_ready(process, log)
+            running.wait_for(lambda: f'start the node with -p {override}' in log.read_text(), 'advice')
+        with node_process(log, *arguments, '-p', override) as process, Client(running.node, name) as client:
+            wait_until_ready(process, log)
+            client.connect()
+            client.wait_for(lambda: targets.publish(pose) or client.statuses, 'an answer')
+            assert client.solve(pose, TIMEOUT).message  # a reliable publisher is heard as before
+        assert 'not known' not in log.read_text()
+    finally:
+        running.node.destroy_publisher(targets)

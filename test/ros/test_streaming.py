@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 import time
 
 import numpy as np
@@ -43,9 +44,20 @@ class StreamClient(Client):
         self.left: dict[tuple[int, int], float] = {}  # s, monotonic: when a target left, at the earliest
         self.published: list[tuple[np.ndarray, float, float]] = []  # every command: joints (n,), left, arrived
         self.trajectories, self.commands = [], []
+        self.results: list = []
+        self.results_at_health: list[int] = []  # how many results there were at each report of health
         super().__init__(node, name)
+        self.node_name = f'{self.node.get_namespace().rstrip("/")}/{self.node.get_name()}'
         self._subscribe(topics.JOINT_TRAJECTORY, self.trajectories.append)
         self._subscribe(topics.POSITION_COMMANDS, self.commands.append)
+
+    def _on_result(self, message) -> None:
+        self.results.append(message.status[0])
+        super()._on_result(message)
+
+    def _on_health(self, message) -> None:
+        self.results_at_health.append(len(self.results))
+        super()._on_health(message)
 
     def _send(self, pose) -> float:
         left = time.monotonic()
@@ -309,8 +321,9 @@ def test_what_is_not_published_does_not_go_out_for_ros2_control_either(client):
     assert len(client.trajectories) == len(client.commands) == 1
 
 
-def test_the_commands_of_the_readme_lead_to_the_controllers(running, root, tmp_path):
-    rules = re.findall(r'^ros2 run ros_ik_pkg ik_node .*-r (\S+:=\S+)$', (root / 'README.md').read_text(), re.M)
+def test_the_commands_of_the_documents_lead_to_the_controllers(running, root, tmp_path):
+    text = (root / 'docs' / 'topics.md').read_text()
+    rules = re.findall(r'^ *ros2 run ros_ik_pkg ik_node .*-r (\S+:=\S+)$', text, re.M)
     log = tmp_path / 'log'
     with node_process(log, *(word for rule in rules for word in ('-r', rule))) as process:
         wait_until_ready(process, log)
@@ -320,3 +333,61 @@ def test_the_commands_of_the_readme_lead_to_the_controllers(running, root, tmp_p
             running.wait_for(lambda name=name: running.node.count_publishers(name), name)
             (publisher,) = running.node.get_publishers_info_by_topic(name)
             assert publisher.topic_type == kind
+
+
+def test_joint_states_of_two_publishers_that_contradict_each_other_do_not_make_commands_leap(client):
+    # A stand-in for a joint_state_publisher with its zeros beside the joint_state_broadcaster.
+    client.set_parameters({'seed_source': 'joint_states', 'velocity_limiting': 'whole', 'max_step_time': 0.1})
+    target, before = ARM.forward(START + 0.3), START
+    client.settle(pose_of(target), lambda reply: reply.solved, joint_state(ARM.joint_names, START))
+    client.published.clear()
+    client.health.clear()
+
+    def doubted() -> bool:
+        return any('contradictory' in status.message for status in client.health)
+
+    def alternate() -> bool:
+        for positions in (np.zeros(ARM.n), START):
+            client.send_joint_state(joint_state(ARM.joint_names, positions))
+            reply, _ = client.step(target)
+            notes.append(reply.figures['notes'])
+        return doubted()
+
+    notes: list[str] = []
+    client.wait_for(alternate, 'health that says so')
+    believed = 0
+    for q, _, _ in client.published:
+        leap = np.abs(q - before) - ARM.velocity_limits * 0.1
+        believed, before = believed + bool((leap > ROUNDING).any()), q
+    # Before both kinds have been seen there is nothing to contradict, so the first command may be one of those.
+    assert believed <= 1 and sum('continued from the last command' in note for note in notes) >= len(notes) - 2
+    (status,) = (status for status in client.health if 'contradictory' in status.message)
+    words = 'contradictory joint states on /joint_states, published by ', client.node_name, 'its limit is 3.'
+    assert all(word in status.message for word in words)
+    assert any(pair.key == 'joint_states_not_believed' and int(pair.value) for pair in status.values)
+
+
+def test_between_two_slow_targets_a_parameter_is_set_and_health_is_reported(client):
+    """Counted in targets, not in seconds: how many results come from asking to the answer, and between two reports."""
+    slow = {'method': 'dls', 'dls.damping': 100.0, 'max_iterations': 100000, 'deadline': 0.05, 'seed_source': 'home'}
+    client.set_parameters(slow)
+    pose = pose_of(ARM.forward(START))
+    pose.header.stamp.sec = 3
+    stop, began = threading.Event(), len(client.results)
+    sender = threading.Thread(target=lambda: [client.send(pose) for _ in iter(lambda: stop.wait(0.01), True)])
+    sender.start()
+    try:
+        client.wait_for(lambda: len(client.results) > began + 60, 'many results')  # so that targets can pile up
+        asked = len(client.results)
+        client.set_parameters({'max_attempts': 7})
+        assert len(client.results) - asked <= 5
+        client.wait_for(lambda: len(client.results) > began + 120, 'many results')
+    finally:
+        stop.set()
+        sender.join()
+    reports = [number for number in client.results_at_health if number > began]
+    # A period of a second holds 20 targets of 0.05 s; each report may wait for one more.
+    assert len(reports) > 2 and np.diff(reports).max() <= 22
+    rates = [float(value.value) for status in client.health for value in status.values
+             if value.key == 'targets_per_second']  # fmt: skip
+    assert max(rates[-len(reports):]) <= 22.0

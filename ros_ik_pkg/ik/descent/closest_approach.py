@@ -13,8 +13,8 @@ from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
-from ros_ik_pkg.ik.kinematics.task import holds, look
-from ros_ik_pkg.ik.step.limits import freeze_pushed
+from ros_ik_pkg.ik.kinematics.task import holds, keep_slack, look
+from ros_ik_pkg.ik.step.limits import freeze_pushed, pushed_outwards
 from ros_ik_pkg.ik.step.methods import apply_transpose, damped_step
 
 MOST_STEPS = 200
@@ -48,7 +48,7 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
         if norm > nearest:  # take the step back
             assign(work.q, work.near)
             look(geometry, task, work)
-        if not step_towards(geometry, tuning, damping, work):
+        if not step_towards(geometry, task, tuning, damping, work):
             break
         if len(recorder.rows) > 0:
             for i in range(len(work.q)):
@@ -60,16 +60,17 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
 
 
 @kernel
-def step_towards(geometry, tuning, damping, work):
+def step_towards(geometry, task, tuning, damping, work):
     """Take a damped step, within the limits and without joints that it would push beyond them; return whether there
     is one."""
     if tuning.respect_limits > 0.0:
         apply_transpose(work.columns, work.e, work.dq)
-        freeze_pushed(geometry, work)
+        freeze(geometry, work)
     while True:
         if not damped_step(damping, work):
             return False
-        if not (tuning.respect_limits > 0.0 and freeze_pushed(geometry, work)):
+        again = tuning.respect_limits > 0.0 and freeze(geometry, work)
+        if not (keep_slack(task, work) or again):
             break
     for i in range(len(work.q)):
         q = work.q[i] + min(max(work.dq[i], -LONGEST_STEP), LONGEST_STEP)
@@ -77,3 +78,12 @@ def step_towards(geometry, tuning, damping, work):
             q = min(max(q, geometry.lower[i]), geometry.upper[i])
         work.q[i] = q
     return True
+
+
+@kernel
+def freeze(geometry, work):
+    """Take joints at a limit that dq pushes outwards out of the system, and out of the rows that may come into it."""
+    for i in range(len(work.q)):
+        if pushed_outwards(geometry, work, i):
+            work.trial[i, :] = 0.0
+    return freeze_pushed(geometry, work)

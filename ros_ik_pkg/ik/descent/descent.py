@@ -23,6 +23,8 @@ DEADLINE = int(Status.DEADLINE)
 PAUSED = -1  # not a stop reason: the search looks whether to go on
 FAR = 0.2  # error norm; no start can be relied on to be nearer than that
 FREE_STEP = 50.0  # rad or m; a larger step of one joint is eight turns: the linear model says nothing there
+LINEAR_STEP = 0.5  # rad or m; a start within tolerance is not refined by longer steps
+ROUNDING = 1e-13  # error norm; less is rounding
 CLOCK_EVERY = 16  # iterations between looks at the clock
 
 
@@ -34,23 +36,34 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
     in work.near. `cap` is the longest step of a joint [rad or m]. The attempt is given up when the error norm does not
     fall below `progress` times its mark within `patience` steps. At iterate `pause` it returns PAUSED where the error
     is still FAR; called again with `first` = `pause` it goes on.
+
+    A start that is within tolerance is refined by one step, so that targets which move by less than the tolerance are
+    followed. If the step brings the tip no nearer it is taken back.
     """
     last = int(tuning.max_iterations)
     mark, mark_step, previous, rises, nearest = math.inf, 0, math.inf, 0, math.inf
+    refining = False
     k = first
     while True:
         position_error, orientation_error, norm, R, p = look_at_error(geometry, task, work)
         arrived, recording = holds(position_error, orientation_error, tuning), len(recorder.rows) > 0
-        if recording or not arrived:
+        refine = arrived and k == 0 and last > 0 and norm > ROUNDING
+        if recording or refine or not arrived:
             look_around(geometry, task, R, p, work)
         if recording and (k > first or k == 0):
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
+        if refining and k == 1 and not (arrived and norm < nearest):
+            take_back(work)
+            if recording:
+                record_step(recorder, 0.0, work.dq)
+            k += 1
+            continue
         if norm < nearest or k == first:
             nearest = norm
             assign(work.near, work.q)
         if not norm < math.inf:
             return NOT_FINITE, k, position_error, orientation_error, norm, nearest
-        if arrived:
+        if arrived and not refine:
             return CONVERGED, k, position_error, orientation_error, norm, nearest
         if k == last:
             return MAX_ITERATIONS, k, position_error, orientation_error, norm, nearest
@@ -67,6 +80,9 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
             return DEADLINE, k, position_error, orientation_error, norm, nearest
         damping = step_within_limits(geometry, tuning, norm, work)
         largest = largest_component(work.dq)
+        if refine and not largest < LINEAR_STEP:
+            return CONVERGED, k, position_error, orientation_error, norm, nearest
+        refining = refine
         if not largest < math.inf:
             return NOT_FINITE, k, position_error, orientation_error, norm, nearest
         if largest > FREE_STEP and cap > FREE_STEP:
@@ -75,6 +91,14 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
         if recording:
             record_step(recorder, damping, work.dq)
         k += 1
+
+
+@inlined
+def take_back(work):
+    """Return to the nearest iterate; dq becomes the step that leads there."""
+    for i in range(len(work.q)):
+        work.dq[i] = work.near[i] - work.q[i]
+        work.q[i] = work.near[i]
 
 
 @inlined

@@ -75,6 +75,8 @@ class Task(NamedTuple):
     tolerances: np.ndarray  # (6,) within which an error counts as none [m, rad]
     in_tip_axes: float
     plain: float  # whether all six count alike, without tolerances: then the axes do not matter either
+    position_slack: float  # [m] and
+    orientation_slack: float  # [rad]: lengths of the two halves up to which the error counts as none
 
 
 class Preferences(NamedTuple):
@@ -110,6 +112,7 @@ class Workspace(NamedTuple):
     q: np.ndarray  # (n,) iterate
     near: np.ndarray  # (n,) iterate of the smallest error in this descent
     best: np.ndarray  # (n,) closest approach of all descents so far
+    seed: np.ndarray  # (n,) where the search began
     null: np.ndarray  # (n,) direction in the null space of the task
     went: np.ndarray  # (n,) last step in it
     trial: np.ndarray  # (n, 6) Jacobian by columns of a configuration that is only looked at
@@ -186,7 +189,7 @@ def make_joints(model, memory):
 @inlined
 def buffer_size(model):
     """Return how many numbers make_records cuts up for a packed arm."""
-    return 144 + 31 * int(model[0]) + joints_size(model)
+    return 144 + 32 * int(model[0]) + joints_size(model)
 
 
 @inlined
@@ -197,15 +200,15 @@ def make_records(model, buffer, scores, integers, rows):
     """
     n = int(model[0])
     a = 144
-    b, c, d = a + 12 * n, a + 24 * n, a + 30 * n
+    b, c, d = a + 12 * n, a + 24 * n, a + 31 * n
     e = d + n
     squares, sixes = shaped(buffer, 0, (3, 6, 6)), shaped(buffer, 108, (6, 6))
     by_column = shaped(buffer, a, (2, n, 6))
-    by_row, vectors = shaped(buffer, b, (2, 6, n)), shaped(buffer, c, (6, n))
+    by_row, vectors = shaped(buffer, b, (2, 6, n)), shaped(buffer, c, (7, n))
     work = Workspace(
         make_joints(model, shaped(buffer, e, (joints_size(model),))), by_column[0],
         sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
-        vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5], by_column[1],
+        vectors[0], vectors[1], vectors[2], vectors[3], vectors[6], vectors[4], vectors[5], by_column[1],
         scores, shaped(integers, 0, (2,)),
     )  # fmt: skip
     return work, Recorder(rows, shaped(integers, 2, (1,)), squares[2], by_row[1], sixes[4]), shaped(buffer, d, (1, n))

@@ -11,6 +11,7 @@ from ros_ik_pkg.ik.kinematics.forward import fill_columns, walk
 from ros_ik_pkg.ik.kinematics.pose_error import twist_error
 
 AIM = 0.5  # of a tolerance: an error beyond it is brought to the middle between its bound and zero
+EDGE = 0.9  # of a slack: how far out a step may lead that would leave it
 
 
 @inlined
@@ -21,7 +22,24 @@ def make_task(T, weights, tolerances, in_tip_axes):
     for r in range(ROWS):
         if weights[r] != 1.0 or tolerances[r] > 0.0:
             plain = 0.0
-    return Task(R, (T[0, 3], T[1, 3], T[2, 3]), weights, tolerances, in_tip_axes, plain)
+    return Task(R, (T[0, 3], T[1, 3], T[2, 3]), weights, tolerances, in_tip_axes, plain, 0.0, 0.0)
+
+
+@inlined
+def with_slack(task, position_slack, orientation_slack):
+    """Return the task of coming within these distances [m, rad] of the pose, instead of onto it."""
+    return Task(
+        task.R, task.p, task.weights, task.tolerances, task.in_tip_axes, 0.0, position_slack, orientation_slack
+    )
+
+
+@inlined
+def tolerated_norm(task, tuning):
+    """Return the largest norm of a weighted error that is within both tolerances."""
+    w = task.weights
+    position = max(w[0], w[1], w[2]) * tuning.position_tolerance
+    orientation = max(w[3], w[4], w[5]) * tuning.orientation_tolerance
+    return math.sqrt(position * position + orientation * orientation)
 
 
 @inlined
@@ -46,6 +64,10 @@ def look_around(geometry, task, R, p, work):
     """Do the second half of `look`: the Jacobian where the tip is at (R, p)."""
     fill_columns(geometry, work.joints.axes, p, work.columns)
     shape_columns(task, R, work.weights, work.columns)
+    if task.position_slack > 0.0:
+        ease_rows(0, task.position_slack, task.position_slack > task.orientation_slack, work)
+    if task.orientation_slack > 0.0:
+        ease_rows(3, task.orientation_slack, task.orientation_slack > task.position_slack, work)
 
 
 @inlined
@@ -70,19 +92,88 @@ def measure(task, R, p, work):
 def measure_rows(task, work):
     """Do what `measure` says for a task whose rows do not all count alike; work.e holds the twist error."""
     turn_into_axes(task, work.e)
-    position, orientation, total = 0.0, 0.0, 0.0
+    position, orientation, weighted_position, weighted_orientation = 0.0, 0.0, 0.0, 0.0
     for r in range(ROWS):
         size, bound, weight = abs(work.e[r]), task.tolerances[r], task.weights[r]
-        beyond = max(0.0, size - bound) if size == size else size
+        excess = max(0.0, size - bound) if size == size else size
         # Within its tolerance a row is free, and leaves the system.
-        work.weights[r] = 0.0 if bound > 0.0 and beyond == 0.0 else weight
-        work.e[r] = work.weights[r] * math.copysign(beyond + AIM * bound, work.e[r])
-        total += weight * weight * beyond * beyond
-        if weight > 0.0 and r < 3:
-            position += beyond * beyond
-        elif weight > 0.0:
-            orientation += beyond * beyond
-    return math.sqrt(position), math.sqrt(orientation), math.sqrt(total)
+        work.weights[r] = 0.0 if bound > 0.0 and excess == 0.0 else weight
+        work.e[r] = work.weights[r] * math.copysign(excess + AIM * bound, work.e[r])
+        weighted = weight * weight * excess * excess
+        if r < 3:
+            position += excess * excess if weight > 0.0 else 0.0
+            weighted_position += weighted
+        else:
+            orientation += excess * excess if weight > 0.0 else 0.0
+            weighted_orientation += weighted
+    position, orientation = math.sqrt(position), math.sqrt(orientation)
+    a, b = beyond(position, task.position_slack), beyond(orientation, task.orientation_slack)
+    return position, orientation, math.sqrt(a * a * weighted_position + b * b * weighted_orientation)
+
+
+@inlined
+def beyond(length, slack):
+    """Return the part of a length that is beyond the slack, 0 to 1."""
+    return 1.0 if slack <= 0.0 else 0.0 if length <= slack else 1.0 - slack / length
+
+
+@kernel
+def ease_rows(first, slack, looser, work):
+    """Let one half of the error, from row `first` on, be as long as the slack.
+
+    Within the slack its rows leave the system for one row, the length of the error, which waits in work.trial and
+    work.y until `keep_slack` takes it in, because a step would lead out of the slack. Beyond the slack the step brings
+    the length to AIM of the slack, by that row alone if the half is the `looser` one.
+    """
+    square, plain = 0.0, 0.0
+    for r in range(first, first + 3):
+        square += work.e[r] * work.e[r]
+        plain += (work.e[r] / work.weights[r]) ** 2 if work.weights[r] > 0.0 else 0.0
+    length, inside = math.sqrt(square), math.sqrt(plain) <= slack
+    if plain > 0.0:
+        slack *= math.sqrt(square / plain)
+    per_length = 1.0 / length if length > 0.0 else 0.0
+    x, y, z = work.e[first] * per_length, work.e[first + 1] * per_length, work.e[first + 2] * per_length
+    if not (inside or looser):
+        work.y[first + 1] = -math.inf
+        for r in range(first, first + 3):
+            work.e[r] *= 1.0 - (1.0 - AIM) * slack * per_length
+        return
+    for i in range(len(work.columns)):
+        column = work.columns[i]
+        work.trial[i, first] = x * column[first] + y * column[first + 1] + z * column[first + 2]
+        column[first] = column[first + 1] = column[first + 2] = 0.0
+    for r in range(first, first + 3):
+        work.e[r], work.weights[r] = 0.0, 0.0
+    work.y[first], work.y[first + 1] = length - AIM * slack, -math.inf
+    if inside:
+        work.y[first], work.y[first + 1] = length - EDGE * slack, length - slack
+    else:
+        take_row(first, work)
+
+
+@kernel
+def take_row(first, work):
+    """Take the row that ease_rows made into the system."""
+    for i in range(len(work.columns)):
+        work.columns[i, first] = work.trial[i, first]
+    work.e[first], work.weights[first], work.y[first + 1] = work.y[first], 1.0, -math.inf
+
+
+@kernel
+def keep_slack(task, work):
+    """Take those halves of the error into the system that the step dq would lead out of their slack; return whether
+    there were any."""
+    some = False
+    for first in (0, 3):
+        if (task.position_slack if first == 0 else task.orientation_slack) > 0.0:
+            shorter = 0.0
+            for i in range(len(work.dq)):
+                shorter += work.trial[i, first] * work.dq[i]
+            if shorter < work.y[first + 1]:
+                take_row(first, work)
+                some = True
+    return some
 
 
 @kernel

@@ -10,9 +10,8 @@ import numpy as np
 
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.model.tree import ROTARY, Joint, Tree
-from ros_ik_pkg.ik.text import list_names
 
-MAX_VARIABLES = 12
+MAX_VARIABLES = 32
 TURN = 2.0 * math.pi
 FURTHEST_HOME = math.pi  # [rad, m] from the limit near zero
 
@@ -36,8 +35,11 @@ class Chain:
     lower: np.ndarray
     upper: np.ndarray
     velocity_limits: np.ndarray
+    acceleration_limits: np.ndarray
+    jerk_limits: np.ndarray
     wraps: np.ndarray
     home: np.ndarray
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +54,11 @@ class _Drive:
 
 def make_chain(tree: Tree, base: str, tip: str) -> Chain:
     """Flatten the joints from base to tip; raises ModelError for joints that a chain cannot take."""
-    joints = [joint for joint in tree.path(base, tip) if joint.kind != 'fixed']
+    path = tree.path(base, tip)
+    joints = [joint for joint in path if joint.kind != 'fixed']
     if not joints:
-        raise ModelError(f'no movable joint between base frame {base!r} and tip frame {tip!r}')
+        held = ''.join(f'; {note}' for joint in path for note in joint.notes)
+        raise ModelError(f'no movable joint between base frame {base!r} and tip frame {tip!r}{held}')
     _refuse_faults(joints)
     drives = [_Drive(joint, *tree.drive(joint)) for joint in joints]
     _refuse_faults([drive.master for drive in drives])
@@ -71,9 +75,28 @@ def make_chain(tree: Tree, base: str, tip: str) -> Chain:
         multiplier=np.array([drive.multiplier for drive in drives]),
         offset=np.array([drive.offset for drive in drives]),
         lower=lower, upper=upper,
-        velocity_limits=np.array([_velocity(group) for group in groups]),
+        velocity_limits=np.array([_lowest(group, 'velocity') for group in groups]),
+        acceleration_limits=np.array([_lowest(group, 'acceleration') for group in groups]),
+        jerk_limits=np.array([_lowest(group, 'jerk') for group in groups]),
         wraps=np.array([_wraps(group) for group in groups], dtype=np.int64),
-        home=np.array([tree.home.get(name, rest(*_limits(group))) for name, group in zip(names, groups)]))
+        home=np.array([_home(tree, name, *_limits(group)) for name, group in zip(names, groups)]),
+        notes=tuple(dict.fromkeys([*(note for joint in path for note in joint.notes),
+                                   *(note for drive in drives for note in _notes(drive))])))
+
+
+def _notes(drive: _Drive) -> list[str]:
+    """Say what is odd about the motor of a joint, and about their limits together."""
+    notes = [*drive.master.notes]
+    if _repeats_motor(drive):
+        notes.append(f'joint {drive.joint.name!r}: limits {_range(drive.joint)} do not fit its motion, '
+                     f'{drive.multiplier:g} * {drive.master.name}; the limits of {drive.master.name!r} count alone')
+    return notes
+
+
+def _home(tree: Tree, name: str, lower: float, upper: float) -> float:
+    """Return the home position of the file if it is within the limits, else what `rest` returns."""
+    home = tree.home.get(name, math.nan)
+    return home if lower <= home <= upper else rest(lower, upper)
 
 
 def rest(lower: float, upper: float) -> float:
@@ -101,6 +124,8 @@ def _limits(group: Sequence[_Drive]) -> tuple[float, float]:
     lower, upper = group[0].master.lower, group[0].master.upper
     for drive in group:
         joint = drive.joint
+        if _repeats_motor(drive):
+            continue
         if drive.multiplier == 0.0:
             _refuse_outside(joint, drive.offset)
         else:
@@ -108,10 +133,29 @@ def _limits(group: Sequence[_Drive]) -> tuple[float, float]:
             lower, upper = max(lower, min(ends)), min(upper, max(ends))
     if not lower < upper:
         master = group[0].master
-        mimics = [drive.joint.name for drive in group if drive.joint is not master]
-        raise ModelError(f'joint {master.name!r} and those that mimic it ({list_names(mimics)}) '
-                         'have no common range')
+        mimics = [drive for drive in group if drive.joint is not master]
+        ranges = ', '.join(f'{drive.joint.name} {_range(drive.joint)} = {drive.multiplier:g} * {master.name} + '
+                           f'{drive.offset:g}' for drive in mimics)
+        raise ModelError(f'joint {master.name!r} {_range(master)} and those that mimic it ({ranges}) have no common '
+                         'range; correct the limits of the mimic joints')
     return lower, upper
+
+
+def _range(joint: Joint) -> str:
+    """Write the limits of a joint."""
+    return f'[{joint.lower:g}, {joint.upper:g}]'
+
+
+def _repeats_motor(drive: _Drive) -> bool:
+    """Tell whether a mimic joint has the limits of its motor, or wider ones, although its multiplier is negative.
+
+    Grippers are written so; the joint would have no range, so the range of the motor is what was meant.
+    """
+    joint, master = drive.joint, drive.master
+    if joint is master or drive.offset != 0.0 or drive.multiplier >= 0.0:
+        return False
+    one_sided = joint.lower >= 0.0 or joint.upper <= 0.0
+    return one_sided and joint.lower <= master.lower and master.upper <= joint.upper
 
 
 def _refuse_outside(joint: Joint, value: float) -> None:
@@ -121,10 +165,10 @@ def _refuse_outside(joint: Joint, value: float) -> None:
                          f'limits lower = {joint.lower:g} and upper = {joint.upper:g}')
 
 
-def _velocity(group: Sequence[_Drive]) -> float:
-    """Lowest velocity limit of a variable and of the joints that mimic it [rad/s, m/s]."""
-    mapped = [drive.joint.velocity / abs(drive.multiplier) for drive in group if drive.multiplier != 0.0]
-    return min([group[0].master.velocity, *mapped])
+def _lowest(group: Sequence[_Drive], limit: str) -> float:
+    """Lowest velocity, acceleration or jerk limit of a variable and of the joints that mimic it."""
+    mapped = [getattr(drive.joint, limit) / abs(drive.multiplier) for drive in group if drive.multiplier != 0.0]
+    return min([getattr(group[0].master, limit), *mapped])
 
 
 def _wraps(group: Sequence[_Drive]) -> bool:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -25,7 +26,32 @@ def robot_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in (share_path() / 'config' / 'robots').glob('*.yaml')))
 
 
-def read_tree(source: str | os.PathLike[str]) -> Tree:
+def parse_xacro_args(entries: Iterable[str]) -> dict[str, str]:
+    """Return the arguments of entries 'name:=value', as the xacro program takes them; raises ModelError."""
+    args = {}
+    for entry in entries:
+        name, given, value = entry.partition(':=')
+        if not given or not name.strip():
+            raise ModelError(f'xacro_args: {entry[:60]!r} is not allowed; expected NAME:=VALUE')
+        args[name.strip()] = value
+    return args
+
+
+def read_text(source: str | os.PathLike[str]) -> str:
+    """Return the text of a YAML file by path or URI, or the text itself if a colon ends a word of it."""
+    if isinstance(source, str) and re.search(r':\s', source):
+        return source
+    try:
+        path = _path_of(source)
+        if path.exists() and not path.is_file():
+            raise ModelError(f'cannot read {str(source)!r}: it is no regular file')
+        with path.open('rb') as file:
+            return file.read(MAX_BYTES + 1).decode('utf-8')
+    except (OSError, TypeError, ValueError, RuntimeError) as error:
+        raise ModelError(f'cannot read {source!r}: {error}') from error
+
+
+def read_tree(source: str | os.PathLike[str], xacro_args: Mapping[str, str] | None = None) -> Tree:
     """Read the links and joints of a robot from any source that `load_arm` takes."""
     if isinstance(source, str) and source.lstrip(BLANK).startswith('<'):
         return parse_urdf(source.lstrip(BLANK))
@@ -41,7 +67,7 @@ def read_tree(source: str | os.PathLike[str]) -> Tree:
         raise ModelError(f'cannot read the robot {source!r}: {error}') from error
     suffix = path.suffix.lower()
     try:
-        return READERS[suffix](_expand(path) if suffix == '.xacro' else content)
+        return READERS[suffix](_expand(path, xacro_args or {}) if suffix == '.xacro' else content)
     except ModelError as error:
         raise ModelError(f'{path}: {error}') from error
 
@@ -90,7 +116,7 @@ def _path_in_package(uri: str) -> Path:
         raise ModelError(f'robot {uri!r}: {error}; source the workspace that has package {package!r}') from error
 
 
-def _expand(path: Path) -> str:
+def _expand(path: Path, args: Mapping[str, str]) -> str:
     """Expand a xacro file to URDF; it evaluates Python, so it is done to files that were named, never to text."""
     try:
         import xacro
@@ -98,6 +124,7 @@ def _expand(path: Path) -> str:
         raise ModelError(f'{error}; install the package xacro (ros-jazzy-xacro, or pip install xacro), '
                          'or expand the file first: xacro FILE > robot.urdf') from error
     try:
-        return str(xacro.process_file(str(path)).toxml())
+        return str(xacro.process_file(str(path), mappings=dict(args)).toxml())
     except Exception as error:  # whatever the expressions in the file raise
-        raise ModelError(f'xacro cannot expand it: {type(error).__name__}: {error}') from error
+        hint = '; give arguments with xacro_args, such as NAME:=VALUE' if 'arg' in str(error).lower() else ''
+        raise ModelError(f'xacro cannot expand it: {type(error).__name__}: {error}{hint}') from error

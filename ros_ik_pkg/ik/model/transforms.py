@@ -29,6 +29,16 @@ def rotation_from_rpy(rpy: np.ndarray) -> np.ndarray:
     return rotation_about('z', yaw) @ rotation_about('y', pitch) @ rotation_about('x', roll)
 
 
+def rotation_from_quaternion(quaternion: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) of a quaternion (x, y, z, w) of any length but zero."""
+    x, y, z, w = quaternion / np.linalg.norm(quaternion)
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ])  # fmt: skip
+
+
 def rotation_from_z(axis: np.ndarray) -> np.ndarray:
     """Rotation (3, 3) whose z axis is the unit vector `axis`; the identity for z itself."""
     helper = np.array([0.0, 1.0, 0.0]) if abs(axis[1]) < 0.9 else np.array([1.0, 0.0, 0.0])

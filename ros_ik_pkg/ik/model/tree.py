@@ -33,6 +33,7 @@ class Joint:
 
     `origin` leads from the parent link to the joint frame, `tail` from the moved joint frame to the child
     link. `fault` says what keeps the joint out of a chain; a robot with such a joint elsewhere is fine.
+    `soft` are the soft limits of the file. `notes` say what is odd about the joint and how it is read.
     """
 
     name: str
@@ -47,6 +48,10 @@ class Joint:
     velocity: float = np.inf
     mimic: Mimic | None = None
     fault: str = ''
+    soft: tuple[float, float] = (-np.inf, np.inf)
+    acceleration: float = np.inf
+    jerk: float = np.inf
+    notes: tuple[str, ...] = ()
 
     @property
     def movable(self) -> bool:

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
+import re
 from xml.etree import ElementTree
 from xml.parsers import expat
 
 import numpy as np
 
 from ros_ik_pkg.ik.exceptions import ModelError
-from ros_ik_pkg.ik.model.transforms import rotation_from_rpy, transform
+from ros_ik_pkg.ik.model.transforms import rotation_from_quaternion, rotation_from_rpy, transform
 from ros_ik_pkg.ik.model.tree import MOVABLE, Joint, Mimic, Tree, grow
-from ros_ik_pkg.ik.text import list_names, to_number
+from ros_ik_pkg.ik.text import list_names, suggest, to_number
 
 MAX_BYTES = 32 * 2**20
 MAX_LINKS = 5000
-ENDLESS = 1e4  # [rad] revolute limits beyond this on both sides are how some files write "none"
+ENDLESS = 1e4  # [rad, m] limits beyond this on both sides are how some files write "none"
+DEGREES = 30.0, 1000.0  # [rad] a revolute limit in this range was probably written in degrees
 KINDS = (*MOVABLE, 'fixed', 'floating', 'planar')
+FRAME_ATTRIBUTES = {'origin': ('xyz', 'rpy', 'quat_xyzw'), 'axis': ('xyz',), 'mimic': ('joint', 'multiplier', 'offset')}
+INFINITE = ('inf', '+inf', '-inf', 'infinity', '+infinity', '-infinity')
+REMEDY = '; or give limits in joint_limits, or a position in held_joints'
+VERSION = re.compile(r'\s*1\.(\d+)\s*')
 
 
 def parse_urdf(text: str | bytes) -> Tree:
@@ -55,8 +61,18 @@ def _read_tree(robot: ElementTree.Element, name: str) -> Tree:
     links = [_name(element, 'link') for element in robot.findall('link')]
     if len(links) > MAX_LINKS:
         raise ModelError(f'the robot has {len(links)} links; at most {MAX_LINKS} are read')
-    joints = [_read_joint(element) for element in robot.findall('joint')]
+    quaternions = _read_minor_version(robot) >= 1
+    joints = [_read_joint(element, quaternions) for element in robot.findall('joint')]
     return grow(name, links, joints)
+
+
+def _read_minor_version(robot: ElementTree.Element) -> int:
+    """Read the n of <robot version="1.n">; 0 if the version is missing, as urdfdom has it."""
+    version = robot.get('version', '1.0')
+    match = VERSION.fullmatch(version)
+    if not match:
+        raise ModelError(f'<robot version> is {version[:20]!r}; expected 1.0 or 1.1')
+    return int(match[1])
 
 
 def _parse_xml(text: str | bytes) -> ElementTree.Element:
@@ -91,19 +107,34 @@ def _name(element: ElementTree.Element, what: str) -> str:
     return name
 
 
-def _read_joint(element: ElementTree.Element) -> Joint:
-    """Read one <joint>."""
+def _read_joint(element: ElementTree.Element, quaternions: bool) -> Joint:
+    """Read one <joint>; `quaternions` is true if the version of the document allows them."""
     name = _name(element, 'joint')
     kind = element.get('type', '').strip()
     if kind not in KINDS:
         raise ModelError(f'joint {name!r} has type {kind!r}; expected one of {list_names(KINDS)}')
     where = f'joint {name!r}'
-    lower, upper, velocity, fault = _read_limits(element, kind, where)
+    _refuse_unknown_attributes(element, where)
+    lower, upper, velocity, fault, notes = _read_limits(element, kind, where)
+    soft, soft_notes = _read_soft_limits(element, kind, where)
     return Joint(
         name, kind, _read_link(element, 'parent', where), _read_link(element, 'child', where),
-        origin=_read_origin(element, where),
+        origin=_read_origin(element, where, quaternions),
         axis=_read_axis(element, where) if kind in MOVABLE else np.array([0.0, 0.0, 1.0]),
-        lower=lower, upper=upper, velocity=velocity, mimic=_read_mimic(element, where), fault=fault)
+        lower=lower, upper=upper, velocity=velocity, mimic=_read_mimic(element, where), fault=fault,
+        soft=soft, notes=(*notes, *soft_notes))
+
+
+def _refuse_unknown_attributes(element: ElementTree.Element, where: str) -> None:
+    """Raise ModelError for an attribute that may place or move a frame and is not understood.
+
+    Attributes with a prefix belong to other programs.
+    """
+    for tag, known in FRAME_ATTRIBUTES.items():
+        found = element.find(tag)
+        for key in () if found is None else found.attrib:
+            if key not in known and ':' not in key:
+                raise ModelError(f'{where}: <{tag}> has the unknown attribute {key[:60]!r}; {suggest(key, known)}')
 
 
 def _read_link(element: ElementTree.Element, role: str, where: str) -> str:
@@ -115,13 +146,24 @@ def _read_link(element: ElementTree.Element, role: str, where: str) -> str:
     return link
 
 
-def _read_origin(element: ElementTree.Element, where: str) -> np.ndarray:
-    """Read <origin xyz rpy> as the transform from the parent link to the joint; identity where missing."""
+def _read_origin(element: ElementTree.Element, where: str, quaternions: bool) -> np.ndarray:
+    """Read <origin xyz rpy> or, from URDF 1.1 on, <origin xyz quat_xyzw>: the transform from the parent link to the
+    joint; identity if it is missing."""
     origin = element.find('origin')
     if origin is None:
         return np.eye(4)
-    xyz, rpy = (_vector(origin.get(key, '0 0 0'), f'{where}: <origin {key}>') for key in ('xyz', 'rpy'))
-    return transform(rotation_from_rpy(rpy), xyz)
+    xyz = _vector(origin.get('xyz', '0 0 0'), f'{where}: <origin xyz>')
+    if 'quat_xyzw' not in origin.attrib:
+        return transform(rotation_from_rpy(_vector(origin.get('rpy', '0 0 0'), f'{where}: <origin rpy>')), xyz)
+    what = f'{where}: <origin quat_xyzw>'
+    if not quaternions:
+        raise ModelError(f'{what} needs <robot version="1.1">; set the version, or write rpy')
+    if 'rpy' in origin.attrib:
+        raise ModelError(f'{where}: <origin> has both rpy and quat_xyzw; expected one of them')
+    quaternion = _vector(origin.get('quat_xyzw', ''), what, 4)
+    if not 1e-6 < np.linalg.norm(quaternion) < 1e6:
+        raise ModelError(f'{what} is {origin.get("quat_xyzw")!r}; expected a unit quaternion')
+    return transform(rotation_from_quaternion(quaternion), xyz)
 
 
 def _read_axis(element: ElementTree.Element, where: str) -> np.ndarray:
@@ -137,47 +179,72 @@ def _read_axis(element: ElementTree.Element, where: str) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float, float, float, str]:
-    """Read <limit>: lower, upper, velocity, and what is wrong with them."""
+def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float, float, float, str, list[str]]:
+    """Read <limit>: lower, upper, velocity, what is wrong with them, and what is odd about them."""
+    none = -math.inf, math.inf
     if kind not in MOVABLE:
         fault = '' if kind == 'fixed' else f'{where} is of type {kind}; a chain takes {list_names(KINDS[:4])}'
-        return -math.inf, math.inf, math.inf, fault
+        return *none, math.inf, fault, []
     limit = element.find('limit')
     if limit is None:
-        fault = '' if kind == 'continuous' else f'{where}: no <limit>; a {kind} joint needs lower < upper'
-        return -math.inf, math.inf, math.inf, fault
+        fault = '' if kind == 'continuous' else f'{where}: no <limit>; a {kind} joint needs lower < upper{REMEDY}'
+        return *none, math.inf, fault, []
     try:
-        velocity = _read_velocity(limit, where)
+        velocity, notes = _read_velocity(limit, where)
         if kind == 'continuous':
-            return -math.inf, math.inf, velocity, ''
+            return *none, velocity, '', notes
         lower, upper = (_number(limit.get(key, '0'), f'{where}: <limit {key}>') for key in ('lower', 'upper'))
     except ModelError as error:
-        return -math.inf, math.inf, math.inf, str(error)
-    if kind == 'revolute' and min(-lower, upper) > ENDLESS:
-        return -math.inf, math.inf, velocity, ''
-    return lower, upper, velocity, _judge_limits(limit, lower, upper, where)
+        return *none, math.inf, str(error), []
+    given = f'{where}: limits lower = {lower:g} and upper = {upper:g}'
+    if min(-lower, upper) > ENDLESS:
+        return *none, velocity, '', [*notes, f'{given} are read as no limits']
+    if kind == 'revolute' and DEGREES[0] < max(-lower, upper) < DEGREES[1]:
+        notes.append(f'{given} are probably degrees; URDF has radians, and they are read as such')
+    return lower, upper, velocity, _judge_limits(limit, lower, upper, where), notes
 
 
 def _judge_limits(limit: ElementTree.Element, lower: float, upper: float, where: str) -> str:
     """Say what is wrong with two finite limits, or nothing."""
-    if lower < upper:
+    if lower < upper or (lower == upper and {'lower', 'upper'} <= set(limit.attrib)):
         return ''
     if 'lower' not in limit.attrib and 'upper' not in limit.attrib:
-        return f'{where}: <limit> has neither lower nor upper; expected lower < upper, or type continuous'
+        return f'{where}: <limit> has neither lower nor upper; expected lower < upper, or type continuous{REMEDY}'
     for missing, key, given in (('upper', 'lower', lower), ('lower', 'upper', upper)):
         if missing not in limit.attrib:
             return f'{where}: <limit> has {key} = {given:g}, but {missing} is missing and counts as 0; ' \
-                   'expected lower < upper'
-    problem = 'equal; make the joint fixed or widen them' if lower == upper else 'reversed'
-    return f'{where}: limits lower = {lower:g} and upper = {upper:g} are {problem}; expected lower < upper'
+                   f'expected lower < upper{REMEDY}'
+    return f'{where}: limits lower = {lower:g} and upper = {upper:g} are reversed; expected lower < upper{REMEDY}'
 
 
-def _read_velocity(limit: ElementTree.Element, where: str) -> float:
-    """Read the velocity limit [rad/s, m/s]; missing or 0, as many files have it, means unknown."""
-    velocity = _number(limit.get('velocity', '0'), f'{where}: <limit velocity>')
-    if velocity < 0.0:
-        raise ModelError(f'{where}: <limit velocity> is {velocity:g}; expected a positive number')
-    return velocity or math.inf
+def _read_soft_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[tuple[float, float], list[str]]:
+    """Read <safety_controller>: the soft limits, infinite if there are none, and what is odd about them.
+
+    One that is missing counts as 0, as urdfdom has it; a continuous joint has none.
+    """
+    none = -math.inf, math.inf
+    safety = element.find('safety_controller')
+    keys = 'soft_lower_limit', 'soft_upper_limit'
+    if safety is None or kind not in ('revolute', 'prismatic') or not set(keys) & set(safety.attrib):
+        return none, []
+    lower, upper = (to_number(safety.get(key, '0')) for key in keys)
+    if lower < upper:
+        return (lower, upper), []
+    if lower == upper == 0.0:  # how generated files write "none"
+        return none, []
+    given = ' and '.join(repr(safety.get(key, '0')[:30]) for key in keys)
+    return none, [f'{where}: soft limits {given} are no range; they are ignored']
+
+
+def _read_velocity(limit: ElementTree.Element, where: str) -> tuple[float, list[str]]:
+    """Read the velocity limit [rad/s, m/s]; missing, 0, negative or infinite, as many files have it, means unknown."""
+    text = limit.get('velocity')
+    if text is None:
+        return math.inf, []
+    velocity = math.inf if text.strip().lower() in INFINITE else _number(text, f'{where}: <limit velocity>')
+    if 0.0 < velocity < math.inf:
+        return velocity, []
+    return math.inf, [f'{where}: <limit velocity> is {text.strip()}; it is read as no limit']
 
 
 def _read_mimic(element: ElementTree.Element, where: str) -> Mimic | None:
@@ -190,11 +257,11 @@ def _read_mimic(element: ElementTree.Element, where: str) -> Mimic | None:
                  _number(mimic.get('offset', '0'), f'{where}: <mimic offset>'))
 
 
-def _vector(text: str, what: str) -> np.ndarray:
-    """Read three finite numbers."""
+def _vector(text: str, what: str, count: int = 3) -> np.ndarray:
+    """Read as many finite numbers as `count` says."""
     words = text.split()
-    if len(words) != 3:
-        raise ModelError(f'{what} is {text!r}; expected three numbers')
+    if len(words) != count:
+        raise ModelError(f'{what} is {text!r}; expected {"three" if count == 3 else "four"} numbers')
     return np.array([_number(word, what) for word in words])
 
 

@@ -19,6 +19,7 @@ from ros_ik_pkg.ik.kinematics.pose_error import quaternion
 
 COUNT = 1024  # even, for records.pack_model
 HALF_TURN = math.pi
+WIDE_SLIDE = 200.0  # times the length of the arm: a slide that is longer counts as endless
 
 
 def make_starts(geometry, model):
@@ -40,16 +41,30 @@ def r_sequence(count, dimensions):
 
 
 def sampling_range(geometry):
-    """Return lower and upper ends between which starts lie: one turn where a joint may turn round or has no end."""
+    """Return lower and upper ends between which starts lie: one turn if a joint may turn round or has no end.
+
+    A slide without end, or much longer than the arm, starts within 2 pi times the length of the arm.
+    """
     lower, upper = geometry.lower.copy(), geometry.upper.copy()
+    slides = set(geometry.variable[geometry.prismatic > 0].tolist())
+    scale = max(1.0, float(np.linalg.norm(geometry.placements[1:, 9:], axis=1).sum()))
     for i in range(len(lower)):
-        if geometry.wraps[i] or not math.isfinite(upper[i] - lower[i]):
+        if i in slides:
+            if 0.5 * upper[i] - 0.5 * lower[i] > WIDE_SLIDE * scale:
+                lower[i], upper[i] = near_zero(lower[i], upper[i], HALF_TURN * scale)
+        elif geometry.wraps[i] or not math.isfinite(upper[i] - lower[i]):
             lower[i], upper[i] = one_turn(lower[i], upper[i])
     return lower, upper
 
 
+def near_zero(lower, upper, half):
+    """Return a range of length 2 half between the limits, which are further apart, as near to zero as they allow."""
+    middle = min(max(0.0, lower + half), upper - half)
+    return middle - half, middle + half
+
+
 def one_turn(lower, upper):
-    """Return a range of one turn (2 pi m where the joint slides) that lies between the limits."""
+    """Return a range of one turn that lies between the limits."""
     if math.isfinite(lower) and math.isfinite(upper):
         return 0.5 * (lower + upper) - HALF_TURN, 0.5 * (lower + upper) + HALF_TURN
     if math.isfinite(lower):

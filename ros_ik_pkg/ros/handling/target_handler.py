@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 from rclpy.clock import ROSClock
 
@@ -10,6 +13,7 @@ from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.commands import Commands
 from ros_ik_pkg.ros.handling.final_check import fault_of
 from ros_ik_pkg.ros.handling.held_posture import HeldPosture
+from ros_ik_pkg.ros.handling.joint_state_check import DoubtedError, JointStateCheck
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Result
 from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.pose import target_pose
@@ -18,16 +22,22 @@ from ros_ik_pkg.ros.input.target import Target
 from ros_ik_pkg.ros.input.tf_frames import TfFrames
 from ros_ik_pkg.ros.interface.parameters import Settings
 
+IDENTITY = np.eye(4)
 CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
-AWAITING_ROBOT = 'no robot yet: robot and robot_description are empty, and no URDF came on the topic robot_description'
 
 
 class TargetHandler:
-    """Answers targets with the arm, the settings and the joint states of the moment."""
+    """Answers targets with the arm, the settings and the joint states of the moment.
 
-    def __init__(self, clock: ROSClock, frames: TfFrames) -> None:
-        self.joint_states = JointStates()
-        self._frames = frames
+    awaited: says why there is no robot, if there is none.
+    """
+
+    def __init__(
+        self, clock: ROSClock, frames: TfFrames, joint_states: JointStates, awaited: Callable[[], str]
+    ) -> None:
+        self.joint_states = joint_states
+        self.joint_state_check = JointStateCheck()
+        self._frames, self._awaited = frames, awaited
         self.arm: Arm | None = None
         self.parameters: Settings | None = None
         self.settings: Settings | None = None  # the parameters, and the posture that is held
@@ -42,14 +52,22 @@ class TargetHandler:
         self.parameters, self.arm = settings, arm
         self.settings = self._posture.take_over(settings, arm)
 
-    def handle(self, target: Target, trace: bool) -> Result:
-        """Return the one answer to a target; what is refused on the way becomes a refused answer."""
+    def handle(self, target: Target, trace: bool, waited: float = math.inf) -> Result | None:
+        """Return the one result of a target; what is refused on the way becomes a refused result.
+
+        waited: time since the target arrived [s]. None: its transform is not there yet, and it can still wait.
+        """
         try:
-            return self._solve(target, trace)
+            return self._solve(target, trace, waited)
         except RefusedError as error:
             return self._without_solution(target, REFUSED, error.status, str(error))
         except ArgumentError as error:
             return self._without_solution(target, REFUSED, 'argument', str(error))
+
+    def given_up(self, target: Target, status: str, why: str) -> Result:
+        """Return the refusal of a target that waits for its transform, which something else has ended."""
+        reason = f'{why} while this target waited for the transform of {target.frame_id!r}'
+        return self._without_solution(target, REFUSED, status, reason)
 
     def internal_error(self, target: Target, error: Exception) -> Result:
         """Return the answer to a target whose handling failed in a way that nobody foresaw."""
@@ -67,12 +85,16 @@ class TargetHandler:
     def _without_solution(self, target: Target, outcome: str, status: str, reason: str) -> Result:
         return Result(target, outcome, status, shorten(reason, 1000), self.settings.options.method, self.arm)
 
-    def _solve(self, target: Target, trace: bool) -> Result:
+    def _solve(self, target: Target, trace: bool, waited: float) -> Result | None:
         arm = self.arm
         if arm is None:
-            raise RefusedError('no_robot', AWAITING_ROBOT)
+            raise RefusedError('no_robot', self._awaited())
         self._refuse_stale(target)
-        base_from_target, notes = self._base_from_target(target, arm)
+        frame_from_target, notes = target_pose(target)
+        base_from_frame, frame_notes = self._base_from_frame(target, arm, waited)
+        if base_from_frame is None:
+            return None
+        base_from_target = frame_from_target if base_from_frame is IDENTITY else base_from_frame @ frame_from_target
         seed, seed_notes = self._seed(arm)
         if self._posture.awaited:
             self.settings = self._posture.hold(self.settings, seed)
@@ -82,9 +104,10 @@ class TargetHandler:
         solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace)
         outcome, status, reason = _judge(solution, base_from_target, arm, self.settings)
         if solution.seed_clipped:
-            seed_notes += ('seed outside the limits brought inside',)
+            seed_notes += ('seed outside the limits brought inside', *_degrees_note(arm, seed))
         result = Result(
-            target, outcome, status, reason, options.method, arm, solution, notes + seed_notes, base_from_target, seed
+            target, outcome, status, reason, options.method, arm, solution, notes + frame_notes + seed_notes,
+            base_from_target, seed,
         )
         self._commands.complete(result, start, reference, self.settings)
         return result
@@ -104,16 +127,15 @@ class TargetHandler:
                 'machines differ, or one of the nodes runs on simulated time (use_sim_time)',
             )
 
-    def _base_from_target(self, target: Target, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Return the target (4, 4) in the base frame, whatever frame of the robot or of TF it was given in."""
-        frame_from_target, notes = target_pose(target)
+    def _base_from_frame(self, target: Target, arm: Arm, waited: float) -> tuple[np.ndarray | None, tuple[str, ...]]:
+        """Return the pose (4, 4) of the frame of the target in the base frame, be it of the robot or of TF."""
         frame = target.frame_id.removeprefix('/')
         if frame in ('', arm.base_frame):
-            return frame_from_target, notes
+            return IDENTITY, ()
         if frame not in arm.frame_names and not self._frames.why_not:
-            base_from_frame = self._frames.base_from_frame(arm.base_frame, frame, target.stamp)
-            return base_from_frame @ frame_from_target, (*notes, 'frame of the target by TF')
-        return self._base_from_own_frame(arm, frame) @ frame_from_target, notes
+            found = self._frames.base_from_frame(arm.base_frame, frame, target.stamp, waited)
+            return found, ('frame of the target by TF',)
+        return self._base_from_own_frame(arm, frame), ()
 
     def _base_from_own_frame(self, arm: Arm, frame: str) -> np.ndarray:
         """Return the pose (4, 4) of a frame of the robot, as the joint states have it."""
@@ -132,45 +154,71 @@ class TargetHandler:
             return arm.home, ()
         if self.joint_states.empty and self.settings.home_until_joint_states:
             return arm.home, ('no joint state yet, started from home',)
-        return self.joint_states.seed(arm.joint_names), ()
+        notes = self.joint_states.take_notes()
+        try:
+            return self._joint_state(arm), notes
+        except DoubtedError as error:
+            if self._commands.last is None:
+                raise
+            return self._commands.last, (*notes, f'continued from the last command: {error}')
 
     def _start(self, arm: Arm, seed: np.ndarray) -> np.ndarray:
         """Return where the joints are (n,), from which a step counts: home says nothing of that, all else does."""
         if seed is not arm.home:
             return seed
         last = self._commands.last
-        return self._joint_state(arm, seed if last is None else last)
+        return self._joint_state_or(arm, seed if last is None else last)
 
     def _reference(self, arm: Arm, seed: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Return from where (n,) max_joint_jump, 'nearest' and whole turns count."""
         if self.settings.velocity_limiting != 'none':
             return start
-        return self._joint_state(arm, seed) if self.settings.options.max_joint_jump > 0.0 else seed
+        return self._joint_state_or(arm, seed) if self.settings.options.max_joint_jump > 0.0 else seed
 
-    def _joint_state(self, arm: Arm, otherwise: np.ndarray) -> np.ndarray:
-        """Return the joint state (n,); where it is not known, what stands for it."""
+    def _joint_state_or(self, arm: Arm, otherwise: np.ndarray) -> np.ndarray:
+        """Return the joint state (n,); where it is not known or in doubt, what stands for it."""
         try:
-            return self.joint_states.seed(arm.joint_names)
+            return self._joint_state(arm)
         except RefusedError:
             return otherwise
+
+    def _joint_state(self, arm: Arm) -> np.ndarray:
+        """Return the joint state (n,); where steps are limited, only one that can be believed."""
+        if self.settings.velocity_limiting == 'none':
+            return self.joint_states.seed(arm.joint_names)
+        return self.joint_state_check.believed(self.joint_states, arm)
+
+
+def _degrees_note(arm: Arm, seed: np.ndarray) -> tuple[str, ...]:
+    """Return a note if a seed (n,) looks like degrees: an angle beyond two turns and twice its limits."""
+    far = (np.abs(seed) > 4.0 * np.pi) & ((seed > 2.0 * arm.upper) | (seed < 2.0 * arm.lower))
+    turning = [i for i in np.flatnonzero(far) if not arm.prismatic[arm.variable == i].any()]
+    if not turning:
+        return ()
+    names = ', '.join(f'{arm.joint_names[i]} = {seed[i]:.4g}' for i in turning)
+    return (f'the seed looks like degrees; radians are expected: {names}',)
 
 
 def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:
     """Return outcome, cause and reason; what the solver calls converged is looked at once more."""
     if not solution.converged:
-        return FAILED, solution.status.label, _why(solution, arm)
+        return FAILED, solution.status.label, _why(solution, arm, settings)
     if fault := fault_of(solution.q, target, arm, settings.options):
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
     return CONVERGED
 
 
-def _why(solution: Solution, arm: Arm) -> str:
+def _why(solution: Solution, arm: Arm, settings: Settings) -> str:
     """Say in words why there is no answer, and how near the best attempt came."""
     parts = [
         solution.status.text,
         (f'the best of {solution.attempts} attempts' if solution.attempts > 1 else 'the tip')
         + f' is {solution.position_error:.3g} m and {solution.orientation_error:.3g} rad off',
     ]
+    rows = np.count_nonzero(settings.options.task_weights)
+    if arm.n < rows:
+        parts.append(f'the arm has {arm.n} joints, fewer than the {rows} rows of the task: it cannot reach most poses; '
+                     'set entries of task_weights to 0, or allow an error with task_tolerances')
     if solution.joints_at_limits:
         parts.append('at their limits: ' + ', '.join(arm.joint_names[i] for i in solution.joints_at_limits))
     if np.isfinite(solution.sigma_min):

@@ -12,6 +12,7 @@ from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.input.refusal import RefusedError
+from ros_ik_pkg.ros.interface.topics import JOINT_STATES
 
 MAX_SOURCES = 64  # publishers with different sets of names; the one that was silent longest goes first
 
@@ -30,8 +31,10 @@ class JointStates:
     One without positions says nothing of them, so it is kept beside one that has them.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, topic: str = JOINT_STATES.name) -> None:
+        self._topic = topic  # as messages for people name it
         self._newest: dict[tuple, Kept] = {}
+        self._noted: set[tuple[str, ...]] = set()  # names of messages that were odd
 
     def keep(self, message: JointState) -> None:
         """Take a message; all else is left for when a target comes."""
@@ -61,8 +64,34 @@ class JointStates:
         for names, message, _ in reversed(self._newest.values()):
             if len(found) == len(joint_names):
                 break
-            found |= _positions(names, message, [name for name in joint_names if name not in found])
+            try:
+                found |= _positions(names, message, [name for name in joint_names if name not in found])
+            except ValueError as error:
+                raise RefusedError('joint_states', f'{self._topic} has {error}') from None
         return found
+
+    def moments(self, joint_names: Sequence[str]) -> np.ndarray:
+        """Return when the known positions of these joints arrived [s, monotonic] and their stamps [s] (n, 2)."""
+        found: dict[str, tuple[float, float]] = {}
+        for names, message, arrival in reversed(self._newest.values()):
+            if message.position:
+                stamp = message.header.stamp
+                moment = arrival, stamp.sec + 1e-9 * stamp.nanosec
+                found = dict.fromkeys(names, moment) | found
+        return np.array([found[name] for name in joint_names])
+
+    def take_notes(self) -> tuple[str, ...]:
+        """Return what is odd about the messages but not wrong for us, once for each set of names."""
+        notes = []
+        for names, message, _ in self._newest.values():
+            lengths = len(message.velocity), len(message.effort)
+            if not {0, len(names)}.issuperset(lengths) and names not in self._noted:
+                self._noted.add(names)
+                notes.append(
+                    f'{self._topic} has {len(names)} names, {lengths[0]} velocities and {lengths[1]} efforts; '
+                    'the positions were taken'
+                )
+        return tuple(notes)
 
     def age(self, joint_names: Sequence[str]) -> float:
         """Return since when a joint has had no new position [s], infinite where one never had; the oldest of all."""
@@ -77,35 +106,27 @@ class JointStates:
     def _what_is_missing(self, joint_names: Sequence[str], found: dict[str, float]) -> str:
         """Say which joints have no position yet, and what came instead."""
         if self.empty:
-            return 'no message on joint_states yet, and seed_source is joint_states'
+            return f'no message on {self._topic} yet, and seed_source is joint_states'
         missing = ', '.join(name for name in joint_names if name not in found)
         if found:
-            return shorten(f'joint_states gave no position yet of {missing}')
+            return shorten(f'{self._topic} gave no position yet of {missing}')
         got = ', '.join(dict.fromkeys(name for kept in self._newest.values() for name in kept.names)) or 'no names'
-        return f'joint_states gave none of the joints: expected {shorten(missing)}; got {shorten(got)}'
+        return f'{self._topic} gave none of the joints: expected {shorten(missing)}; got {shorten(got)}'
 
 
 def _positions(names: Sequence[str], message: JointState, wanted: Sequence[str]) -> dict[str, float]:
-    """Return the positions that a message gives of joints `wanted`; refuse one that is faulty about them."""
+    """Return the positions that a message gives of joints `wanted`; raise ValueError if it is faulty about them."""
     places = {name: place for place, name in enumerate(names)}
     spoken_for = [name for name in wanted if name in places]
     if names and not spoken_for:
         return {}
     positions = message.position
-    lengths = len(positions), len(message.velocity), len(message.effort)
-    if not {0, len(names)}.issuperset(lengths):
-        raise _refused(
-            f'{len(names)} names, {lengths[0]} positions, {lengths[1]} velocities and {lengths[2]} efforts; '
-            'expected as many of each as names, or none'
-        )
+    if len(positions) not in (0, len(names)):
+        raise ValueError(f'{len(names)} names, {len(positions)} positions; expected as many of both, or no positions')
     if len(places) < len(names) and (twice := [name for name in spoken_for if names.count(name) > 1]):
-        raise _refused(f'{", ".join(twice)} more than once')
+        raise ValueError(f'{", ".join(twice)} more than once')
     found = {name: positions[places[name]] for name in spoken_for} if positions else {}
     for name, position in found.items():
         if not math.isfinite(position):
-            raise _refused(f'position {position} of {name}; expected a finite number')
+            raise ValueError(f'position {position} of {name}; expected a finite number')
     return found
-
-
-def _refused(fault: str) -> RefusedError:
-    return RefusedError('joint_states', f'joint_states has {fault}')

@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-from ros_ik_pkg.ik import Arm, ModelError, load_arm
-from ros_ik_pkg.ik.model.sources import read_tree
+from ros_ik_pkg.ik import Arm, IkError, ModelError, load_arm
+from ros_ik_pkg.ik.arm import parse_held
+from ros_ik_pkg.ik.model.sources import parse_xacro_args, read_tree
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.interface.parameters import Settings
 
-TOPIC = 'topic robot_description'
-
 
 class RobotSource:
-    """Loads the arm that the settings mean: robot_description, else robot, else the topic."""
+    """Loads the arm that the settings mean: robot_description, else robot, else the topic with this full name."""
 
-    def __init__(self) -> None:
+    def __init__(self, topic: str) -> None:
+        self._topic = f'topic {topic}'
         self.topic_text = ''  # the last that was URDF
+        self.rejected = ''  # why the newest text of the topic is not used
 
-    def take(self, text: str) -> None:
-        """Use a text of the topic from now on; raise ModelError, and keep the one before, where it is no URDF."""
+    def take(self, text: str) -> str:
+        """Use a text of the topic from now on and return its robot's name; raise ModelError if it is not URDF.
+
+        After an error the text before it is kept, and the error in `rejected`.
+        """
         try:
-            read_tree(urdf_text(text, 'the text'))
+            tree = read_tree(urdf_text(text, 'the text'))
         except ModelError as error:
-            raise ModelError(f'{TOPIC}: {error}') from error
-        self.topic_text = text
+            raise self.reject(ModelError(f'{self._topic}: {error}')) from error
+        self.topic_text, self.rejected = text, ''
+        return tree.name
+
+    def reject(self, error: IkError) -> IkError:
+        """Keep and return the error with which the newest text of the topic was rejected."""
+        self.rejected = shorten(str(error), 1000)
+        return error
 
     def load(self, settings: Settings) -> Arm | None:
         """Return the arm, or None while the topic is awaited; raise ModelError that names topic and parameters."""
@@ -32,9 +42,35 @@ class RobotSource:
         if not source:
             return None
         try:
-            return load_arm(source, base=settings.base_frame or None, tip=settings.tip_frame or None)
+            return load_arm(
+                source, settings.base_frame or None, settings.tip_frame or None, limits=settings.limits,
+                joint_limits=settings.joint_limits, held=parse_held(settings.held_joints),
+                xacro_args=parse_xacro_args(settings.xacro_args))
         except ModelError as error:
-            raise ModelError(f'{_described(settings)}: {error}') from error
+            raise ModelError(f'{self._described(settings)}: {error}') from error
+
+    def awaited(self) -> str:
+        """Say why there is no robot although none is named by a parameter."""
+        if self.rejected:
+            return f'no robot yet: {self.rejected}'
+        return f'no robot yet: no URDF came on {self._topic}, and the parameters robot and robot_description are empty'
+
+    def ignored(self, name: str, settings: Settings) -> str:
+        """Say that the robot of the topic with this name is ignored, and how to follow it."""
+        parameter = 'robot_description' if settings.robot_description else 'robot'
+        value = '' if settings.robot_description else f' = {shorten(settings.robot, 60)!r}'
+        return (
+            f'robot {name!r} on {self._topic} is ignored: parameter {parameter}{value} comes first; to follow the '
+            "topic, set robot and robot_description to ''"
+        )
+
+    def _described(self, settings: Settings) -> str:
+        """Name what a model error can come from."""
+        robot = f'robot = {shorten(settings.robot, 60)!r}' if settings.robot else self._topic
+        if settings.robot_description:
+            robot = 'parameter robot_description'
+        frames = [f'{name} = {getattr(settings, name)!r}' for name in ('base_frame', 'tip_frame')]
+        return ', '.join([robot, *(text for text in frames if not text.endswith("''"))])
 
 
 def follows_topic(settings: Settings) -> bool:
@@ -47,12 +83,3 @@ def urdf_text(text: str, origin: str) -> str:
     if not text.lstrip('\ufeff \t\r\n').startswith('<'):
         raise ModelError(f'{origin} is {shorten(text, 60)!r}; expected URDF text, which starts with <')
     return text
-
-
-def _described(settings: Settings) -> str:
-    """Name what a model error can come from."""
-    robot = f'robot = {shorten(settings.robot, 60)!r}' if settings.robot else TOPIC
-    if settings.robot_description:
-        robot = 'parameter robot_description'
-    frames = [f'{name} = {getattr(settings, name)!r}' for name in ('base_frame', 'tip_frame')]
-    return ', '.join([robot, *(text for text in frames if not text.endswith("''"))])

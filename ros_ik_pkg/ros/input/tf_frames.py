@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import threading
-import time
 from types import ModuleType
 
 import numpy as np
 from builtin_interfaces.msg import Time as Stamp
-from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.time import Time
@@ -22,7 +20,8 @@ from ros_ik_pkg.ros.runtime.spin import spin
 class TfFrames:
     """Answers from a buffer of transforms that fills on a node and a thread of its own.
 
-    The thread takes transforms while the IK node waits for one, and the IK node stays with one executor.
+    Transforms come at a high rate on many robots; so they do not take turns with targets, and the IK node stays with
+    one executor.
     """
 
     def __init__(self, node: Node) -> None:
@@ -48,14 +47,18 @@ class TfFrames:
             self.why_not = ''
             self._listening = _Listening(tf2_ros, companion_node(self._node, 'tf_listener'))
 
-    def base_from_frame(self, base: str, frame: str, stamp: Stamp) -> np.ndarray:
-        """Return the pose (4, 4) of a frame in the base frame at a stamp, 0: the newest; refuse what TF cannot tell."""
+    def base_from_frame(self, base: str, frame: str, stamp: Stamp, waited: float) -> np.ndarray | None:
+        """Return the pose (4, 4) of a frame in the base frame at a stamp, 0: the newest, without waiting for it.
+
+        None if TF does not have it yet and a target that has waited for `waited` [s] can still wait for it. Refuses the
+        target after that.
+        """
         tf2_ros, buffer = self._listening.tf2_ros, self._listening.buffer
-        started = time.monotonic()
         try:
-            found = buffer.lookup_transform(base, frame, Time.from_msg(stamp), Duration(seconds=self._timeout))
+            found = buffer.lookup_transform(base, frame, Time.from_msg(stamp))
         except (tf2_ros.TransformException, ValueError) as error:  # rclpy has no times before 0
-            waited = time.monotonic() - started
+            if waited < self._timeout:
+                return None
             raise RefusedError(
                 'frame',
                 f'no transform from {frame!r} to {base!r} at stamp {_described(stamp)}, '

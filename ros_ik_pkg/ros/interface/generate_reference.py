@@ -33,15 +33,16 @@ Made from the declarations in the code by `{GENERATED} parameters.md`; a test co
 
 Every parameter can be set while the node runs and counts from the next target on. A change is checked whole:
 all of it is taken, or none, and the refusal names the parameter, the value and what is allowed. An integer is
-taken where a number is expected. `ros2 param set` sends one parameter at a time; what belongs together goes
-into one call of `/ik_node/set_parameters_atomically`.
+taken where a number is expected, and text that is a number, as `ros2 param load` sends 1e-05. `ros2 param set`
+sends one parameter at a time; what belongs together goes into one call of `/ik_node/set_parameters_atomically`.
 """
 ROBOT_CHANGES = """## Changing the robot
 
-A change of `robot`, `robot_description`, `base_frame` or `tip_frame` loads the arm again (the same value too:
+A change of a parameter of the section Robot loads the arm again (the same value too:
 a file may have changed) or is refused, and then the old arm stays. The sources in their order:
 `robot_description` where it is not empty, `robot` where it is not empty, the topic `robot_description`.
-Of the topic the newest text counts that is URDF; what is none, an empty text too, is an error in the log.
+Of the topic the newest text counts that is URDF; what is none, an empty text too, is an error in the log and in
+`/diagnostics`. Where a parameter names a robot and another comes on the topic, the log says once that it is ignored.
 
 Set one at a time, every step must make sense by itself, because frames are looked up in the robot:
 

@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ros_ik_pkg.ik import METHODS, OPTIONS, Arm, IkError, OptionError, SolveOptions
+from ros_ik_pkg.ik.model.joint_limits import LIMITS
 from ros_ik_pkg.ik.options import Option
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.interface.health_limits import HealthLimits
@@ -24,17 +25,20 @@ OUT_OF_REACH = ('hold', 'closest')
 
 @dataclass(frozen=True)
 class ListOption(Option):
-    """A list of any of the `allowed` texts."""
+    """A list of any of the `allowed` texts, or of any texts if none are named."""
 
     def check(self, value: Any) -> tuple[str, ...]:
         """Return the entries once each, in the order given, or raise OptionError."""
-        if not isinstance(value, (list, tuple, array)) or any(entry not in self.allowed for entry in value):
+        if not isinstance(value, (list, tuple, array)) or not all(map(self._takes, value)):
             raise self._refuse(value)
         return tuple(dict.fromkeys(value))
 
     def expected(self) -> str:
         """Say in words what values are allowed."""
-        return f'a list of any of {", ".join(self.allowed)}'
+        return f'a list of any of {", ".join(self.allowed)}' if self.allowed else 'a list of texts'
+
+    def _takes(self, entry: Any) -> bool:
+        return entry in self.allowed if self.allowed else isinstance(entry, str)
 
 
 def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = (), **spec: Any) -> Option:
@@ -48,7 +52,14 @@ ARM_OPTIONS = (
     _node_option('robot_description', '', 'URDF text; used instead of robot where not empty'),
     _node_option('base_frame', '',
                  'frame that targets and solutions speak of; empty: the root of the robot'),
-    _node_option('tip_frame', '', 'frame that shall reach the target; empty: the end of the robot'),
+    _node_option('tip_frame', '', 'frame that reaches the target; empty: the end of the robot, before a gripper'),
+    _node_option('limits', 'soft', 'whether the soft limits of the URDF (safety_controller) narrow the hard ones',
+                 LIMITS),
+    _node_option('joint_limits', '', "limits in the format of MoveIt's joint_limits.yaml that narrow those of the "
+                 'robot: path or URI of a .yaml file, or its text'),
+    _node_option('held_joints', (), 'joints that do not move, each NAME (at its home position) or NAME:=POSITION '
+                 '[rad, m]'),
+    _node_option('xacro_args', (), 'arguments of a .xacro file, each NAME:=VALUE'),
 )  # fmt: skip
 FRAME_OPTIONS = (
     Option('tf_timeout', 'tf_timeout', 0.1, 'longest wait for the transform of a target whose frame the robot does '
@@ -106,6 +117,10 @@ class Settings:
     robot_description: str
     base_frame: str
     tip_frame: str
+    limits: str
+    joint_limits: str
+    held_joints: tuple[str, ...]
+    xacro_args: tuple[str, ...]
     tf_timeout: float
     seed_source: str
     home_until_joint_states: bool
@@ -145,6 +160,7 @@ class Parameters:
 
     def __init__(self, node: Node, prepare: Prepare, apply: Apply) -> None:
         self._node, self._prepare, self._take_over = node, prepare, apply
+        self._complete = False
         self._values = _declare(node)
         settings = Settings.from_values(self._values)
         self._pending = (settings, prepare(settings, True))
@@ -155,11 +171,22 @@ class Parameters:
         node.add_post_set_parameters_callback(self._apply)
         self._apply([])
 
+    def refuse_unknown(self) -> list[str]:
+        """Refuse names that are not declared by now; say which of those the node was started with.
+
+        Until then publishers and subscriptions declare their overrides of QoS. ROS itself is silent about a slip.
+        """
+        self._complete = True
+        given = self._node._parameter_overrides  # rclpy has no public name for it
+        return [f'parameter {name} is not known and ignored{_suggestion(name)}' for name in given
+                if not self._node.has_parameter(name)]
+
     def _check(self, changes: list[Parameter]) -> SetParametersResult:
         """Accept or refuse a change; what was loaded for it waits for `_apply`."""
         own = _own(changes)
         try:
-            _refuse_unknown(self._node, changes)
+            if self._complete:
+                _refuse_unknown(self._node, changes)
             settings = Settings.from_values(self._values | own)
             self._pending = (settings, self._prepare(settings, not ARM_PARAMETERS.isdisjoint(own)))
         except IkError as error:
@@ -249,13 +276,6 @@ def _parameter(name: str, value: Any) -> Parameter:
 
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
-
-
-def warnings_about_unknown(node: Node) -> list[str]:
-    """Say which parameters given at the start the node does not have; ROS itself is silent about a slip."""
-    given = node._parameter_overrides  # rclpy has no public name for it
-    return [f'parameter {name} is not known and ignored{_suggestion(name)}' for name in given
-            if not node.has_parameter(name)]
 
 
 def _suggestion(name: str) -> str:

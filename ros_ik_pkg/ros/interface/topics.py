@@ -8,13 +8,16 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 NODE_NAME = 'ik_node'
+# What of the QoS the parameters qos_overrides.<topic>.<publisher or subscription>.<policy> set at the start.
+OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
+HEARS_ALL = {'RELIABILITY': 'best_effort', 'DURABILITY': 'volatile'}  # of a subscription
 
 
 @dataclass(frozen=True)
@@ -92,3 +95,11 @@ TOPICS = (
     COMPARISON_PATHS,
     DIAGNOSTICS,
 )
+
+
+def advice_on_qos(topic: str, policy: str) -> str:
+    """Say that a publisher of a topic (its full name) is not heard because of a policy, and what helps."""
+    text = f'a publisher of {topic} is not heard: its {policy.lower()} is less than this node asks for'
+    if policy not in HEARS_ALL:
+        return text
+    return f'{text}; start the node with -p qos_overrides.{topic}.subscription.{policy.lower()}:={HEARS_ALL[policy]}'

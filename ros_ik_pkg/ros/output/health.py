@@ -46,16 +46,23 @@ class Health:
         self.internal_errors += result.status == INTERNAL_ERROR
 
     def report(
-        self, limits: HealthLimits, period: float, waiting: str = '', joint_states_age: float | None = None
+        self,
+        limits: HealthLimits,
+        period: float,
+        waiting: str = '',
+        joint_states_age: float | None = None,
+        doubts: tuple[int, str] = (0, ''),
     ) -> DiagnosticStatus:
-        """Return the status of the last `period` [s].
+        """Return the status of the last `period` [s], the time that really passed.
 
         waiting: what is missing, if anything. joint_states_age: since when the joints were not heard of [s], infinite
-        where they never were, None where nobody needs them.
+        where they never were, None where nobody needs them. doubts: for how many targets the joint states were not
+        believed, and why.
         """
         ages = {'joint_states_age': joint_states_age, 'target_age': time.monotonic() - self.last_target}
-        level, message = self._judge(limits, waiting, **ages)
-        values = key_values({**self._figures(period), **{name: _rounded(age) for name, age in ages.items()}})
+        level, message = self._judge(limits, waiting, doubts, **ages)
+        figures = {**self._figures(period), 'joint_states_not_believed': doubts[0]}
+        values = key_values({**figures, **{name: _rounded(age) for name, age in ages.items()}})
         self._begin_period()
         return DiagnosticStatus(level=level, message=message, values=values)
 
@@ -65,9 +72,13 @@ class Health:
             figures.clear()
         self.internal_errors = 0
 
-    def _judge(self, limits: HealthLimits, waiting: str, **ages: float | None) -> tuple[bytes, str]:
+    def _judge(
+        self, limits: HealthLimits, waiting: str, doubts: tuple[int, str], **ages: float | None
+    ) -> tuple[bytes, str]:
         """Return the highest level of all findings, and what was found, the worst first."""
         found = [*self._answers(limits), *_inputs(limits, waiting, **ages)]
+        if doubts[0]:
+            found.append((WARN, doubts[1]))
         worst = max(level for level, _ in found)
         amiss = [text for level, text in sorted(found, reverse=True, key=lambda finding: finding[0]) if level != OK]
         return worst, '; '.join(amiss) or found[0][1]
@@ -79,11 +90,12 @@ class Health:
             level = _level((failed + refused) / count, limits.warn_failed_ratio, limits.error_failed_ratio)
             yield level, f'of {count} targets {failed} failed, {refused} refused'
         else:
-            yield OK, f'{count} targets solved' if count else 'no targets'
+            yield OK, f'{count} target{"s" if count > 1 else ""} solved' if count else 'no targets'
         latency = _percentile(self.latencies, 99)
         yield _level(latency, limits.warn_latency, limits.error_latency), f'latency p99 {1e3 * latency:.3g} ms'
         if self.internal_errors:
-            yield ERROR, f'{self.internal_errors} targets met an internal error'
+            count = self.internal_errors
+            yield ERROR, f'{count} target{"s" if count > 1 else ""} met an internal error'
 
     def _figures(self, period: float) -> dict[str, Any]:
         """Rates [1/s], times [s] and what went wrong how often."""

@@ -6,8 +6,9 @@ from typing import Any
 
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from ros_ik_pkg.ros.interface.topics import Topic
+from ros_ik_pkg.ros.interface.topics import OVERRIDABLE, Topic
 
 
 class Publisher:
@@ -18,7 +19,13 @@ class Publisher:
 
     def __init__(self, node: Node, topic: Topic) -> None:
         events = PublisherEventCallbacks(matched=self._matched)
-        publisher = node.create_publisher(topic.type, topic.name, topic.qos, event_callbacks=events)
+        publisher = node.create_publisher(
+            topic.type,
+            topic.name,
+            topic.qos,
+            event_callbacks=events,
+            qos_overriding_options=QoSOverridingOptions(OVERRIDABLE),
+        )
         self.heard = publisher.get_subscription_count() > 0
         self.publish = publisher.publish
 

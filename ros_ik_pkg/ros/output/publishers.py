@@ -27,7 +27,7 @@ class Publishers:
     """The publishers of the node's own topics."""
 
     def __init__(self, node: Node) -> None:
-        self._name = name_in_statuses(node)
+        self._name, self._clock = name_in_statuses(node), node.get_clock()
         self._solution = Publisher(node, topics.SOLUTION)
         self._trajectory = Publisher(node, topics.JOINT_TRAJECTORY)
         self._commands = Publisher(node, topics.POSITION_COMMANDS)
@@ -54,10 +54,16 @@ class Publishers:
             self._commands.publish(commands_message(result))
 
     def _solution_of(self, result: Result) -> bytes:
-        """Return the message of a solution as bytes, of which those of the names are the same for all of an arm."""
+        """Return the message of a solution as bytes, of which those of the names are the same for all of an arm.
+
+        Its stamp is that of the target, or now for a target of stamp 0.
+        """
         if result.arm is not self._arm:
             self._writer, self._arm = SolutionWriter(solution_message(result)), result.arm
-        return self._writer.write(result.target.sec, result.target.nanosec, result.command.q)
+        sec, nanosec = result.target.sec, result.target.nanosec
+        if sec == nanosec == 0:  # robot_state_publisher and RViz leave aside what is not newer than what they have
+            sec, nanosec = self._clock.now().seconds_nanoseconds()
+        return self._writer.write(sec, nanosec, result.command.q)
 
     def publish_result(self, result: Result) -> None:
         """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""

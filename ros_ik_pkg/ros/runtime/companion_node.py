@@ -8,7 +8,7 @@ from rclpy.node import Node
 
 def companion_node(node: Node, role: str) -> Node:
     """Make a node in the namespace of `node`, named after it and its role; remappings of the program count for both."""
-    name = f'{node.get_name()}_{role}'
+    name = f'_{node.get_name().lstrip("_")}_{role}'  # hidden: without services, ros2 param list would wait for it
     return rclpy.create_node(
         name,
         context=node.context,

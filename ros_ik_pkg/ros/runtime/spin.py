@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -27,7 +28,8 @@ def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # whatever is wrong with the command line or the parameters file
-        return _give_up(error, CANNOT_START)
+        print(f'{NODE_NAME}: cannot start: {error}', file=sys.stderr, flush=True)  # without init there is no ROS log
+        return CANNOT_START
     try:
         node = make_node()
         flag.spinning = True
@@ -36,15 +38,11 @@ def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -
         spin(make_executor(), node, lambda: flag.stopped)
         node.destroy_node()
     except IkError as error:
-        return _give_up(error, BAD_VALUE if isinstance(error, OptionError) else CANNOT_START)
+        get_logger(NODE_NAME).fatal(f'cannot start: {error}')
+        return BAD_VALUE if isinstance(error, OptionError) else CANNOT_START
     finally:
         rclpy.try_shutdown()
     return 0
-
-
-def _give_up(error: Exception, code: int) -> int:
-    print(f'{NODE_NAME}: cannot start: {error}', file=sys.stderr, flush=True)
-    return code
 
 
 def spin(executor: Executor, node: Node, stopped: Callable[[], bool]) -> None:

@@ -120,7 +120,7 @@ def test_a_mimic_that_stands_still_outside_its_limits_is_refused(offset):
         (('j3', 1.0, 0.0), 'round in a circle: j2 -> j3 -> j2'),
         (('j2', 1.0, 0.0), 'round in a circle: j2 -> j2'),
         (('weld', 1.0, 0.0), "mimics 'weld', which is of type fixed"),
-        (('j1', 1.0, 9.0), "'j1' and those that mimic it (j2, j3) have no common range"),
+        (('j1', 1.0, 9.0), 'j2 [-2, 2] = 1 * j1 + 9, j3 [-2, 2] = 1 * j1 + 9) have no common range'),
     ],
 )
 def test_a_mimic_that_cannot_be_followed_is_refused(mimic, words):
@@ -137,3 +137,24 @@ def test_a_mimic_that_cannot_be_followed_is_refused(mimic, words):
     with pytest.raises(ModelError) as caught:
         load_arm(text)
     assert words in str(caught.value)
+
+
+def test_the_motor_of_a_gripper_keeps_its_range_where_a_mimic_joint_repeats_it_with_the_wrong_sign():
+    limits = {'lower': 0.0, 'upper': 0.8}
+    other = {**limits, 'mimic': ('motor', -1.0, 0.0)}
+    arm = load_arm(chain(('motor', 'revolute', limits), ('other', 'revolute', other)))
+    assert (arm.lower[0], arm.upper[0]) == (0.0, 0.8)
+    assert "joint 'other': limits [0, 0.8]" in arm.warnings[0] and "limits of 'motor' count alone" in arm.warnings[0]
+
+
+@pytest.mark.parametrize('limit', [99999.0, 999999.0, 1e12, 1e308])
+def test_an_endless_slide_is_unbounded_and_starts_near_the_arm(limit):
+    arm = load_arm(chain(('j1', 'continuous', {}), ('j2', 'prismatic', {'lower': -limit, 'upper': limit})))
+    assert (arm.lower[1], arm.upper[1]) == (-np.inf, np.inf)
+    assert 'are read as no limits' in arm.warnings[0]
+    assert np.abs(arm.starts[1]).max() < 100.0
+
+
+def test_a_slide_much_longer_than_the_arm_starts_near_the_arm():
+    arm = load_arm(chain(('j1', 'continuous', {}), ('j2', 'prismatic', {'lower': 5.0, 'upper': 1e6})))
+    assert arm.starts[1].min() >= 5.0 and arm.starts[1].max() < 100.0

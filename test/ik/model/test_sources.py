@@ -9,6 +9,7 @@ from chains import chain
 
 from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.model.sources import parse_xacro_args
 
 URDF = chain(('j1', 'revolute', {}), ('j2', 'prismatic', {}))
 XACRO = """<?xml version="1.0"?>
@@ -151,3 +152,14 @@ def test_a_slip_in_the_name_of_a_robot_is_told_with_what_was_meant():
 
 def test_text_is_never_expanded():
     assert 'the text holds xacro macros' in refusal_of(XACRO)
+
+
+def test_arguments_are_given_to_a_xacro_and_asked_for_where_they_are_missing(tmp_path):
+    pytest.importorskip('xacro')
+    path = tmp_path / 'arm.xacro'
+    path.write_text(XACRO.replace('<xacro:arg name="joints" default="3"/>', ''))
+    assert load_arm(path, xacro_args={'joints': '2'}).joint_names == ('joint1', 'joint2')
+    assert 'give arguments with xacro_args, such as NAME:=VALUE' in refusal_of(path)
+    assert parse_xacro_args(['joints:=2', 'a:=b:=c', 'empty:=']) == {'joints': '2', 'a': 'b:=c', 'empty': ''}
+    with pytest.raises(ModelError, match='expected NAME:=VALUE'):
+        parse_xacro_args(['joints=2'])

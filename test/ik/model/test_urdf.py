@@ -112,6 +112,18 @@ MALFORMED = [
     ('a word in an origin', GOOD.replace('0.1 0.0 0.0', 'a 0 0'), "joint 'elbow': <origin rpy> is 'a'"),
     ('a far origin', GOOD.replace('0.0 0.0 0.5', '0 0 1e300'), "joint 'shoulder' is placed 1e+300 m away"),
     (
+        'an unknown attribute of an origin',
+        GOOD.replace('rpy="0.1', 'quat_wxyz="1 0 0 0" rpy="0.1'),
+        "joint 'elbow': <origin> has the unknown attribute 'quat_wxyz'; did you mean quat_xyzw",
+    ),
+    ('an unknown attribute of an axis', GOOD.replace('<axis xyz', '<axis frame="base" xyz', 1), "attribute 'frame'"),
+    ('an unknown version', GOOD.replace('<robot ', '<robot version="2.0" '), "<robot version> is '2.0'"),
+    (
+        'a quaternion before URDF 1.1',
+        GOOD.replace('rpy="0.1 0.0 0.0"', 'quat_xyzw="0 0 0 1"'),
+        "joint 'elbow': <origin quat_xyzw> needs <robot version=\"1.1\">",
+    ),
+    (
         'a bad multiplier',
         GOOD.replace(LIMIT, LIMIT + '<mimic joint="elbow" multiplier="x"/>', 1),
         "joint 'shoulder': <mimic multiplier> is 'x'",
@@ -121,7 +133,6 @@ MALFORMED = [
 BAD_LIMITS = [
     ('', "joint 'elbow': no <limit>; a revolute joint needs lower < upper"),
     ('<limit velocity="1"/>', "joint 'elbow': <limit> has neither lower nor upper"),
-    ('<limit lower="1" upper="1"/>', "joint 'elbow': limits lower = 1 and upper = 1 are equal"),
     ('<limit lower="2" upper="-1"/>', "joint 'elbow': limits lower = 2 and upper = -1 are reversed"),
     ('<limit lower="2"/>', '<limit> has lower = 2, but upper is missing and counts as 0; expected lower < upper'),
     ('<limit upper="-1"/>', '<limit> has upper = -1, but lower is missing and counts as 0'),
@@ -129,7 +140,7 @@ BAD_LIMITS = [
     ('<limit lower="nan" upper="1"/>', "joint 'elbow': <limit lower> is 'nan'; expected a finite number"),
     ('<limit lower="-1" upper="inf"/>', "joint 'elbow': <limit upper> is 'inf'"),
     ('<limit lower="-1" upper="1" velocity="fast"/>', "joint 'elbow': <limit velocity> is 'fast'"),
-    ('<limit lower="-1" upper="1" velocity="-2"/>', '<limit velocity> is -2; expected a positive number'),
+    ('<limit lower="-1" upper="1" velocity="nan"/>', "<limit velocity> is 'nan'; expected a finite number"),
 ]
 
 
@@ -328,3 +339,27 @@ def test_pinocchio_reads_the_same_robot():
     np.testing.assert_allclose(
         load_arm(GOOD).forward([0.3, -0.4]), pinocchio_pose(GOOD, 'base', 'tip', positions), atol=1e-12
     )
+
+
+@pytest.mark.parametrize('version', ['1.1', '1.2'])
+@pytest.mark.parametrize('quaternion', ['0 0.6 0 0.8', '0.2 -0.4 0.6 1.2'])
+def test_a_quaternion_of_urdf_1_1_is_read_as_pinocchio_reads_it(version, quaternion):
+    text = GOOD.replace('<robot ', f'<robot version="{version}" ')
+    text = text.replace('rpy="0.1 0.0 0.0"', f'quat_xyzw="{quaternion}"')
+    positions = {'shoulder': 0.3, 'elbow': -0.4}
+    np.testing.assert_allclose(
+        load_arm(text).forward([0.3, -0.4]), pinocchio_pose(text, 'base', 'tip', positions), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize('velocity', ['-1', 'inf', '0'])
+def test_a_velocity_limit_that_is_none_is_read_as_no_limit_with_a_warning(velocity):
+    arm = load_arm(with_limit(f'<limit lower="-1" upper="1" velocity="{velocity}"/>'))
+    assert arm.velocity_limits[1] == np.inf
+    assert arm.warnings == (f"joint 'elbow': <limit velocity> is {velocity}; it is read as no limit",)
+
+
+def test_limits_that_look_like_degrees_are_read_as_radians_with_a_warning():
+    arm = load_arm(with_limit('<limit lower="-180" upper="180" velocity="1"/>'))
+    assert (arm.lower[1], arm.upper[1]) == (-180.0, 180.0)
+    assert 'lower = -180 and upper = 180 are probably degrees' in arm.warnings[0]

@@ -70,8 +70,9 @@ def order(arm, target, count, weights=(1, 1, 1, 1, 1, 1)):
     """Starts (count, n) in the order in which a search takes them."""
     work = make_workspace(len(arm.prismatic), arm.n, COUNT)
     task = Task(
-        tuple(target[:3, :3].ravel()), tuple(target[:3, 3]), np.array(weights, dtype=float), np.zeros(6), 0.0, 0.0
-    )
+        tuple(target[:3, :3].ravel()), tuple(target[:3, 3]), np.array(weights, dtype=float), np.zeros(6),
+        0.0, 0.0, 0.0, 0.0,
+    )  # fmt: skip
     score_starts(arm.starts, task, 1.0, work.scores)
     taken = []
     for attempt in range(1, count + 1):

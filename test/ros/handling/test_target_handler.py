@@ -12,6 +12,7 @@ from ros_helpers import CALM, joint_state, target_of
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
+from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS, Settings
 
 UR5, PANDA = load_arm('ur5'), load_arm('panda')
@@ -27,7 +28,7 @@ def settings(**values) -> Settings:
 
 def handler_with(arm=UR5, **values) -> TargetHandler:
     frames = SimpleNamespace(set_timeout=lambda timeout: None, why_not='TF is not asked here')
-    handler = TargetHandler(ROSClock(), frames)
+    handler = TargetHandler(ROSClock(), frames, JointStates(), lambda: 'no robot yet')
     handler.take_over(settings(**values), arm)
     return handler
 
@@ -44,7 +45,7 @@ def lead_to_start(handler: TargetHandler, **values) -> None:
     handler.joint_states.keep(joint_state(UR5.joint_names, START))
     handler.take_over(settings(), handler.arm)
     np.testing.assert_array_equal(command(handler, UR5.forward(START)), START)
-    handler.joint_states = type(handler.joint_states)()
+    handler.joint_states = JointStates()
     handler.take_over(settings(**values), handler.arm)
 
 
@@ -171,6 +172,8 @@ def test_the_joints_to_a_frame_are_those_whose_positions_place_it():
 
 def test_limited_steps_from_home_start_at_the_joint_state_where_it_is_known():
     handler = handler_with(**{**STREAM, 'seed_source': 'home'})
-    for start in (START, START + 0.3):
-        handler.joint_states.keep(joint_state(UR5.joint_names, start))
+    for second, start in enumerate((START, START + 0.3), 1):
+        state = joint_state(UR5.joint_names, start)
+        state.header.stamp.sec = second  # or the joints could not have moved so far
+        handler.joint_states.keep(state)
         assert_one_step(command(handler, UR5.forward(START + 0.1)), start)

@@ -74,14 +74,15 @@ class TfClient(Client):
     def answer_at(self, pose, stamp):
         """Send a target under a stamp; return the status of its answer and the joint positions [rad, m]."""
         self.statuses.pop(stamp, None)
-        self.solutions.pop(stamp, None)
+        self.solutions.clear()  # one for stamp 0 comes under the time of now
         pose.header.stamp.sec, pose.header.stamp.nanosec = stamp
         self.send(pose)
         self.wait_for(lambda: self.statuses[stamp], f'an answer at {stamp}')
         status = self.statuses[stamp][0]
         if status.name.endswith('solved'):
-            self.wait_for(lambda: self.solutions[stamp], f'a solution at {stamp}')
-        return status, [dict(zip(message.name, message.position)) for message in self.solutions[stamp]]
+            self.wait_for(lambda: self.solutions, f'a solution at {stamp}')
+        solutions = [message for messages in self.solutions.values() for message in messages]
+        return status, [dict(zip(message.name, message.position)) for message in solutions]
 
 
 @pytest.fixture(scope='module')
@@ -202,6 +203,54 @@ def test_targets_do_not_pile_up_behind_the_wait(client):
     assert client.solve(pose_of(target().homogeneous), TIMEOUT).solved
     # One after the other as long as such targets came, one that was under way, one that waited.
     assert refused() <= seconds / WAIT + 2 < sent
+
+
+def test_while_a_target_waits_for_its_transform_others_are_answered_and_it_is_not_gone_back_to(client):
+    client.set_parameters({'tf_timeout': 1.0})
+    seconds = itertools.count(500)
+
+    def overtaken() -> bool:  # again where a busy machine takes longer than the wait
+        stamp = next(seconds), 0
+        waiting = pose_of(np.eye(4), 'nowhere')
+        waiting.header.stamp.sec = stamp[0]
+        client.send(waiting)
+        reply = client.solve(pose_of(target().homogeneous), TIMEOUT)
+        assert reply.solved
+        client.wait_for(lambda: client.statuses[stamp], 'an answer')
+        (status,) = client.statuses[stamp]
+        figures = {pair.key: pair.value for pair in status.values}
+        assert figures['outcome'] == 'refused' and not client.solutions[stamp]
+        return figures['status'] == 'superseded' and 'a newer target was commanded' in status.message
+
+    client.wait_for(overtaken, 'a target that is answered while another waits')
+
+
+def test_while_a_target_waits_for_its_transform_parameters_are_set(client):
+    client.set_parameters({'tf_timeout': 1.0})
+    seconds = itertools.count(600)
+
+    def set_meanwhile() -> bool:  # again where a busy machine takes longer than the wait
+        stamp = next(seconds), 0
+        pose = pose_of(np.eye(4), 'nowhere')
+        pose.header.stamp.sec = stamp[0]
+        client.send(pose)
+        count = 0
+        while not client.statuses[stamp]:
+            client.set_parameters({'max_attempts': 7})
+            count += 1
+        return count > 3  # one or two come before the wait and with its end anyway
+
+    client.wait_for(set_meanwhile, 'parameters that are set while a target waits')
+
+
+def test_the_node_that_listens_to_tf_is_hidden_and_has_no_services(client):
+    client.wait_for(
+        lambda: '_ik_node_tf_listener' in client.node.get_node_names(), 'the hidden name, in which ros2 finds no node'
+    )
+    services = client.node.get_service_names_and_types_by_node('_ik_node_tf_listener', '/')
+    assert not [name for name, _ in services if 'parameter' in name]
+    visible = [name for name in client.node.get_node_names() if not name.startswith('_')]
+    assert [name for name in visible if name.startswith('ik_node')] == ['ik_node']
 
 
 def test_frames_of_the_robot_are_placed_by_the_joint_states_whatever_tf_says(client):

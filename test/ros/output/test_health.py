@@ -74,7 +74,7 @@ def test_a_node_that_answers_no_target_at_all_is_an_error_unless_told_otherwise(
 
 def test_an_internal_error_goes_before_all_else_and_waiting_is_told():
     both = health_after((FAILED, INTERNAL_ERROR), waiting='no robot', limits=NEVER)[1]
-    assert (both.level, both.message) == (ERROR, '1 targets met an internal error; no robot')
+    assert (both.level, both.message) == (ERROR, '1 target met an internal error; no robot')
     waiting = health_after(waiting='no robot', limits=NEVER)[1]
     assert (waiting.level, waiting.message) == (WARN, 'no robot')
 

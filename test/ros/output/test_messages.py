@@ -162,7 +162,6 @@ def test_velocities_alone_do_not_make_positions_new(monkeypatch):
         ([joint_state('a', [1])], 'no position yet of b'),
         ([joint_state('ab', [1])], '2 names, 1 positions'),
         ([joint_state('', [1, 2])], '0 names, 2 positions'),
-        ([JointState(name=['a', 'b'], position=[1.0, 2.0], effort=[0.0])], '1 efforts'),
         ([joint_state('ab', [1, math.nan])], 'position nan of b'),
         ([joint_state('ab', [-math.inf, 1])], 'position -inf of a'),
         ([joint_state('aba', [1, 2, 3])], 'joint_states has a more than once'),
