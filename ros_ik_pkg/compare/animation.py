@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -60,7 +61,8 @@ def frames_of(runs: Sequence[MethodRun]) -> list[int]:
 def animate(problem: Problem, runs: Sequence[MethodRun]) -> FuncAnimation:
     """Return the animation; a method that has stopped stands still."""
     figure = Figure(figsize=(11.0, 5.4), layout='constrained')
-    errors, space = figure.subfigures(1, 2, width_ratios=[1.0, 1.0])
+    halves: Any = figure.subfigures(1, 2, width_ratios=[1.0, 1.0])
+    errors, space = halves
     upper, lower = errors.subplots(2, 1, sharex=True)
     draw_errors(upper, runs, 'position_error', 'distance from the target [m]')
     draw_errors(lower, runs, 'orientation_error', 'angle from the target [rad]')
@@ -71,7 +73,7 @@ def animate(problem: Problem, runs: Sequence[MethodRun]) -> FuncAnimation:
     arms = {run.method: axes.plot([], [], [], '-o', color=COLOURS[run.method], markersize=3)[0] for run in runs}
     ways = {run.method: axes.plot([], [], [], color=COLOURS[run.method], linewidth=1.0)[0] for run in runs}
     axes.scatter(*problem.target[:3, 3], color=TARGET, s=90, depthshade=False, zorder=10)
-    ends = [joint_origins(problem.arm, run.trace.joint_positions[k]) for run in runs for k in (0, -1)]
+    ends = [joint_origins(problem.arm, run.iterates.joint_positions[k]) for run in runs for k in (0, -1)]
     corners = np.vstack([*ends, problem.target[:3, 3]])
     for set_bounds, values in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), corners.T):
         set_bounds(values.min(), values.max())
@@ -83,9 +85,9 @@ def animate(problem: Problem, runs: Sequence[MethodRun]) -> FuncAnimation:
         for cursor in cursors:
             cursor.set_xdata([place(iteration)] * 2)
         for run in runs:
-            k = min(iteration, len(run.trace) - 1)
-            arms[run.method].set_data_3d(*joint_origins(problem.arm, run.trace.joint_positions[k]).T)
-            ways[run.method].set_data_3d(*run.trace.tip_positions[: k + 1].T)
+            k = min(iteration, len(run.iterates) - 1)
+            arms[run.method].set_data_3d(*joint_origins(problem.arm, run.iterates.joint_positions[k]).T)
+            ways[run.method].set_data_3d(*run.iterates.tip_positions[: k + 1].T)
         axes.set_title(f'iteration {iteration}', loc='left')
         return [*cursors, *arms.values(), *ways.values()]
 

@@ -78,7 +78,7 @@ def read_arguments() -> argparse.Namespace:
     given.methods = tuple(dict.fromkeys(given.methods))
     if given.sweep is not None:
         if given.sweep < 1 or given.plot or given.animate or given.notebook or given.csv or given.json:
-            parser.error('--sweep takes a number above 0, and writes no files')
+            parser.error('--sweep needs a number above 0, and excludes every option that writes a file')
         if given.seed or given.target:
             parser.error('--sweep excludes --seed and --target, because those of a sweep are random')
     return given

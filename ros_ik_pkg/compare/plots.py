@@ -113,7 +113,7 @@ def draw_paths(figure: Figure | SubFigure, problem: Problem, runs: Sequence[Meth
         axis.pane.set(facecolor='#f6f8fa', edgecolor=FAINT)
 
 
-def equal_scales(axes: Axes) -> None:
+def equal_scales(axes: Any) -> None:
     """Give the three axes one scale, none of them so short that its marks overlap."""
     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
     spans = limits[:, 1] - limits[:, 0]
