@@ -13,7 +13,7 @@ from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
-from ros_ik_pkg.ik.kinematics.task import holds, keep_slack, look
+from ros_ik_pkg.ik.kinematics.task import keep_slack, look, within_tolerances
 from ros_ik_pkg.ik.step.limits import freeze_pushed, pushed_outwards
 from ros_ik_pkg.ik.step.methods import apply_transpose, damped_step
 
@@ -36,7 +36,7 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
         if len(recorder.rows) > 0:
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         idle = idle + 1 if not norm < (1.0 - NO_NEARER) * nearest else 0
-        reached = holds(position_error, orientation_error, tuning)
+        reached = within_tolerances(position_error, orientation_error, tuning)
         if norm < nearest or reached:
             nearest, damping = norm, max(LESS * damping, LEAST_DAMPING)
             assign(work.near, work.q)

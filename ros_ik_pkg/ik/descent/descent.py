@@ -8,7 +8,7 @@ from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
-from ros_ik_pkg.ik.kinematics.task import holds, look_around, look_at_error
+from ros_ik_pkg.ik.kinematics.task import look_around, look_at_error, within_tolerances
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.step.limits import step_within_limits
 
@@ -46,7 +46,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
     k = first
     while True:
         position_error, orientation_error, norm, R, p = look_at_error(geometry, task, work)
-        arrived, recording = holds(position_error, orientation_error, tuning), len(recorder.rows) > 0
+        arrived, recording = within_tolerances(position_error, orientation_error, tuning), len(recorder.rows) > 0
         refine = arrived and k == 0 and last > 0 and norm > ROUNDING
         if recording or refine or not arrived:
             look_around(geometry, task, R, p, work)

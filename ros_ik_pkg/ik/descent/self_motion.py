@@ -1,4 +1,4 @@
-"""Self-motion: once the task holds, the joints that are left over go where a secondary objective wants them.
+"""Self-motion: moves the joints that a solved task leaves over to where a secondary objective wants them.
 
 The null space is projected on exactly: the task's rows are made orthonormal (modified Gram-Schmidt, twice), and the
 objective's direction loses its part in their span. The damped projector I - J^T (J J^T + lambda^2 I)^-1 J would
@@ -9,18 +9,19 @@ from __future__ import annotations
 
 import math
 
+from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, judge
 from ros_ik_pkg.ik.descent.descent import largest_component
 from ros_ik_pkg.ik.descent.objectives import cost, curvature, downhill
 from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.linalg import ROWS, assign
-from ros_ik_pkg.ik.kinematics.task import holds, look
+from ros_ik_pkg.ik.kinematics.task import look, within_tolerances
 from ros_ik_pkg.ik.step.limits import pushed_outwards
 
 MOST_STEPS = 60
 MOST_LOOSE = 6  # steps without the task holding, before it is mended alone
-LONGEST_STEP = 0.2  # rad or m of one joint: about so far the linear model of the task holds
+LONGEST_STEP = 0.2  # rad or m of one joint: the linear model of the task holds about so far
 ROUNDING = 1e-10  # of a slope: what the projection leaves of one that the task forbids
 SETTLED = 1e-7  # rad or m of the joint that moves most: less counts as nothing
 LEAST_BEND = 0.2  # of the curvature along the null space, over that of the cost alone: no longer steps than that
@@ -28,13 +29,14 @@ DEPENDENT = 1e-9  # length of a row without the part that other rows explain, ov
 
 
 @kernel
-def settle(geometry, task, tuning, posture, reference, stop_time, attempt, steps, work, recorder):
-    """Move work.q, where the task holds, to the least cost that the null space allows; return the steps taken.
+def settle(geometry, task, tuning, preferences, stop_time, attempt, steps, work, recorder):
+    """Move work.q, a solution, to the least cost that the null space allows; return the steps taken.
 
     Of the iterates that hold the task, and are not beyond max_joint_jump of the reference, the one of the least cost is
     left in work.q, so it can only get better. In all no joint moves further than null_space_step in the null space, if
     that is above 0.
     """
+    posture = preferences.posture
     least, left, longest, factor = math.inf, tuning.null_space_step, LONGEST_STEP, 0.0
     if left <= 0.0:
         left = math.inf
@@ -45,10 +47,11 @@ def settle(geometry, task, tuning, posture, reference, stop_time, attempt, steps
         position_error, orientation_error, norm, p = look(geometry, task, work)
         if len(recorder.rows) > 0 and k > 0:
             record(recorder, geometry, attempt, steps + k, position_error, orientation_error, norm, p, work)
-        held_now = holds(position_error, orientation_error, tuning)
+        held_now = within_tolerances(position_error, orientation_error, tuning)
         if held_now:
             held = k
-            if k == 0 or (value < least and within_jump(tuning, reference, work.q)):
+            verdict = judge(tuning, preferences.reference, position_error, orientation_error, work.q)
+            if k == 0 or (value < least and verdict == ACCEPTED):
                 least = value
                 assign(work.near, work.q)
             else:
@@ -179,15 +182,6 @@ def scale(geometry, task, tuning, longest, before, work):
     if bend > 0.0:
         factor = min(factor, 1.0 / bend)
     return factor * largest, factor
-
-
-@kernel
-def within_jump(tuning, reference, q):
-    """Return whether no joint is further from the reference than max_joint_jump."""
-    for i in range(len(q)):
-        if tuning.max_joint_jump > 0.0 and abs(q[i] - reference[i]) > tuning.max_joint_jump:
-            return False
-    return True
 
 
 @kernel

@@ -80,10 +80,18 @@ class Task(NamedTuple):
 
 
 class Preferences(NamedTuple):
-    """Which of many answers is wanted: lists of n numbers, or none where they are of no account."""
+    """Which of many solutions is wanted."""
 
-    joint_weights: np.ndarray
-    posture: np.ndarray  # [rad, m]
+    reference: np.ndarray  # (n,) from which distances, jumps and whole turns are measured [rad, m]
+    joint_weights: np.ndarray  # (n,), or (0,) if the option is unset
+    posture: np.ndarray  # (n,) [rad, m]
+
+
+class Solutions(NamedTuple):
+    """The solutions with the k lowest ranks so far."""
+
+    rows: np.ndarray  # (k, n) [rad, m]
+    ranks: np.ndarray  # (k,) rising
 
 
 class Joints(NamedTuple):

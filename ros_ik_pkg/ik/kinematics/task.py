@@ -71,7 +71,7 @@ def look_around(geometry, task, R, p, work):
 
 
 @inlined
-def holds(position_error, orientation_error, tuning):
+def within_tolerances(position_error, orientation_error, tuning):
     """Return whether both errors are within tolerance."""
     return position_error <= tuning.position_tolerance and orientation_error <= tuning.orientation_tolerance
 

@@ -15,6 +15,7 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, door, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import (
     TUNABLES,
     Preferences,
+    Solutions,
     buffer_size,
     make_records,
     tuning_of,
@@ -119,9 +120,9 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, rows, m
         fill(ranks, math.inf)
         task = make_task(T, weights, tolerances, tuning.task_frame)
         assign(work.weights, weights)
-        preferences = Preferences(joint_weights, posture if given > 0 else reference)
+        preferences = Preferences(reference, joint_weights, posture if given > 0 else reference)
         status, steps, attempts, found, position_error, orientation_error = search(
-            geometry, starts, reach, task, tuning, reference, preferences, began, kept, ranks, work, recorder
+            geometry, starts, reach, task, tuning, preferences, began, Solutions(kept, ranks), work, recorder
         )
         assign(q, work.q)
         row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts

@@ -1,11 +1,18 @@
-"""Attempts until one holds: from the seed, then from starts near the target; deadline, choice among answers."""
+"""The search: attempts from the seed, then from starts near the target, until a solution is accepted.
+
+An attempt is a descent by the selected method or, in two cases, by Levenberg-Marquardt: from where a descent came so
+close that the tolerances may allow a solution (TO_TOLERANCE), and from the seed if a solution near it is wanted
+(FROM_SEED). What an attempt ends with is finished (whole turns, self-motion) and judged (`acceptance.py`).
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, BEYOND_TOLERANCE, judge
 from ros_ik_pkg.ik.descent.closest_approach import approach
 from ros_ik_pkg.ik.descent.descent import CONVERGED, DEADLINE, DIVERGED, OSCILLATING, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.descent.objectives import NONE
@@ -13,9 +20,9 @@ from ros_ik_pkg.ik.descent.self_motion import settle
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import inlined
 from ros_ik_pkg.ik.kernel.linalg import assign
-from ros_ik_pkg.ik.kinematics.task import holds, look_at_error, tolerated_norm, with_slack
+from ros_ik_pkg.ik.kinematics.task import look_at_error, tolerated_norm, with_slack, within_tolerances
 from ros_ik_pkg.ik.search.reach import out_of_reach
-from ros_ik_pkg.ik.search.solutions import TOO_FAR, count_near, keep_answer, rank_answer
+from ros_ik_pkg.ik.search.solutions import NOT_ACCEPTED, count_accepted, keep_solution, rank_solution
 from ros_ik_pkg.ik.search.starts import distance_of, nearest_start, next_start, score_starts
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.step.limits import clip, unwrap
@@ -25,138 +32,186 @@ UNREACHABLE = int(Status.UNREACHABLE)
 JOINT_JUMP = int(Status.JOINT_JUMP)
 FIRST, NEAREST, ALL = range(3)
 BY_METHOD, TO_TOLERANCE, FROM_SEED = range(3)  # kinds of attempts
-CLOSE = 2.0  # times the norm that the tolerances allow: a descent that came so near may have missed what they allow
 
-# An attempt among many is given up when its error does not fall by a tenth within five steps: starting elsewhere
-# is cheaper (docs/performance.md). A lone one and those of a hard target get their chance.
+# Patience of an attempt: steps within which its error must fall below this factor of what it was. A hurried one is
+# given up soon, because to start elsewhere is cheaper (docs/performance.md).
 HURRIED = (5, 0.9)
-STRIDE = 2.0  # a hurried attempt takes steps so much longer than a method's own cap: a quarter fewer of them
 PATIENT = (20, 0.999)
-# So is one from a seed that after this many steps is still further from the target than the nearest start.
-LOOK = 2
-HURRIED_ATTEMPTS = 50
-ATTEMPTS_OUT_OF_REACH = 8  # to find the closest approach of a target that is provably out of reach
-ATTEMPTS_WITHOUT_NEWS = 40  # before the nearest answer, or the list of all, counts as complete
-ATTEMPTS_NO_NEARER = 100  # before a target counts as out of reach: of 80000 reachable ones none took 70 in all
-NEARER = 0.999  # by which factor an approach must be nearer to count
+HURRIED_ATTEMPTS = 50  # those after that are patient: the target is hard
+STRIDE = 2.0  # factor on the step cap of a method in a hurried attempt: a quarter fewer steps
+LOOK = 2  # steps after which a seed is left that is still further from the target than the nearest start
+CLOSE = 2.0  # times the error norm that the tolerances allow: from there on TO_TOLERANCE is tried
+ATTEMPTS_OUT_OF_REACH = 8  # to find the closest approach to a target that is provably out of reach
+ATTEMPTS_WITHOUT_NEWS = 40  # after which the nearest solution, or the list of all, counts as complete
+ATTEMPTS_NO_CLOSER = 100  # after which the search gives up: of 80000 reachable targets none took 70 in all
+CLOSER = 0.999  # factor by which the error of a closest approach must fall to count as closer
+
+
+class Plan(NamedTuple):
+    """How the search goes about one target."""
+
+    budget: float  # attempts at most
+    hurried: int  # how many of them are hurried
+    near_seed: bool  # whether a solution near the seed is wanted
+    may_leave_seed: bool  # whether the first descent may be given up for a start that is nearer the target
+    finish_by_lm: bool  # whether Levenberg-Marquardt may do what the method cannot
+    hopeless: bool  # whether the target is provably out of reach
+    close: float  # error norm of a descent from which TO_TOLERANCE is tried
+    stop_time: float  # [s]
 
 
 @inlined
-def search(geometry, starts, reach, task, tuning, reference, preferences, began, answers, ranks, work, recorder):
-    """Search from work.q since the time `began`; leave the answer, or the closest approach, in work.q.
-
-    Returns (status, steps, attempts, number of answers, position error [m], orientation error [rad]). `answers`
-    (k, n) and `ranks` (k,) receive the k nearest distinct answers that were found.
-
-    An attempt is a descent by the selected method, or (TO_TOLERANCE, FROM_SEED) by Levenberg-Marquardt.
-    """
-    lone, transpose = int(tuning.max_attempts) == 1, int(tuning.method) == TRANSPOSE
+def make_plan(geometry, reach, task, tuning, began):
+    """Return the plan for a task."""
+    by_lesson = int(tuning.method) == TRANSPOSE  # its slow convergence is the lesson
     hopeless = out_of_reach(geometry, reach, task, tuning)
-    hurried = 0 if lone or hopeless or transpose else HURRIED_ATTEMPTS
+    hurried = 0 if int(tuning.max_attempts) == 1 or hopeless or by_lesson else HURRIED_ATTEMPTS
     near_seed = int(tuning.choice) != FIRST or tuning.max_joint_jump > 0.0
-    may_leave_seed = hurried > 0 and task.plain > 0.0 and not near_seed
-    # A seed that the search does not leave for a start is nearer than all of them, and gets its chance.
-    first_hurried = 1 if near_seed or may_leave_seed else 0
-    stop_time = began + tuning.deadline if tuning.deadline > 0.0 else math.inf
+    return Plan(
+        min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts,
+        hurried,
+        near_seed,
+        hurried > 0 and task.plain > 0.0 and not near_seed,
+        not by_lesson,
+        hopeless,
+        CLOSE * tolerated_norm(task, tuning),
+        began + tuning.deadline if tuning.deadline > 0.0 else math.inf,
+    )
+
+
+@inlined
+def search(geometry, starts, reach, task, tuning, preferences, began, solutions, work, recorder):
+    """Search from work.q since the time `began`; leave the solution, or the closest approach, in work.q.
+
+    Returns (status, steps, attempts, number of accepted solutions, position error [m], orientation error [rad]).
+    `solutions` receives the nearest distinct ones that were found.
+    """
+    plan = make_plan(geometry, reach, task, tuning, began)
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
-    budget = min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts
-    close = CLOSE * tolerated_norm(task, tuning)
-    best_norm, failure = math.inf, CONVERGED
-    steps, found, news, nearer, first, late = 0, 0, 0, 0, -1, False
-    taken, attempts, restarts, kind, later = 0, 0, 0, BY_METHOD, BY_METHOD
+    best_norm, status_of_best = math.inf, STALLED
+    steps, found, last_news, last_closer, nearest_of_starts, late = 0, 0, 0, 0, -1, False
+    taken, attempts, restarts, kind, eased = 0, 0, 0, BY_METHOD, False
     assign(work.seed, work.q)
-    if budget < 1.0:  # no descents: the closest approach from the seed alone
-        failure = STALLED
-        assign(work.best, work.q)
-    while budget >= 1.0:
+    assign(work.best, work.q)
+    while attempts < plan.budget:
         if kind == BY_METHOD:
-            hurry = attempts < hurried
-            patience, progress = HURRIED if hurry and attempts >= first_hurried else PATIENT
+            hurry = attempts < plan.hurried
+            # So is the seed's own descent if a solution near it is wanted, or if it did not pause: it is FAR no more.
+            from_near = plan.near_seed or (plan.may_leave_seed and taken == 0)
+            patient = not hurry or (attempts == 0 and from_near)
+            patience, progress = PATIENT if patient else HURRIED
             cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
-            pause = LOOK if attempts == 0 and taken == 0 and may_leave_seed else -1
+            pause = LOOK if attempts == 0 and taken == 0 and plan.may_leave_seed else -1
             status, taken, position_error, orientation_error, norm, nearest = descend(
-                geometry, task, tuning, cap, patience, progress, stop_time,
+                geometry, task, tuning, cap, patience, progress, plan.stop_time,
                 np.int64(attempts), np.int64(taken), pause, work, recorder,  # as literals they would compile it twice
             )  # fmt: skip
             if status == PAUSED:
                 score_starts(starts, task, scale, work.scores)
-                first, status = nearest_start(work.scores), STALLED
-                if norm < distance_of(starts, first, task):
+                nearest_of_starts, status = nearest_start(work.scores), STALLED
+                if norm < distance_of(starts, nearest_of_starts, task):
                     continue  # the seed keeps its descent
         else:
             slack = 1.0 if kind == TO_TOLERANCE else 0.0
-            eased = with_slack(task, slack * tuning.position_tolerance, slack * tuning.orientation_tolerance)
-            taken = approach(geometry, eased, tuning, stop_time, attempts, work, recorder)
-            position_error, orientation_error, nearest, _, _ = look_at_error(geometry, task, work)
-            status = CONVERGED if holds(position_error, orientation_error, tuning) else STALLED
+            taken, status, position_error, orientation_error, nearest = approach_within(
+                geometry, task, tuning, slack, plan, attempts, work, recorder
+            )
         steps += taken
         attempts += 1
         if status == CONVERGED:
-            moved = unwrap(geometry, work.q, reference)
-            if int(tuning.null_space) != NONE:
-                posture = preferences.posture
-                steps += settle(
-                    geometry, task, tuning, posture, reference, stop_time, attempts - 1, taken, work, recorder
-                )
-                unwrap(geometry, work.q, reference)
-            if moved or int(tuning.null_space) != NONE:
+            more, moved = finish(geometry, task, tuning, preferences, plan, attempts - 1, taken, work, recorder)
+            steps += more
+            if moved:
                 position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
-            rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
-            if int(tuning.choice) == FIRST and rank < TOO_FAR and holds(position_error, orientation_error, tuning):
-                assign(answers[0], work.q)
+            verdict = judge(tuning, preferences.reference, position_error, orientation_error, work.q)
+            if verdict == ACCEPTED and int(tuning.choice) == FIRST:
+                assign(solutions.rows[0], work.q)
                 return CONVERGED, steps, attempts, 1, position_error, orientation_error
-            before, count = ranks[0], found
-            if holds(position_error, orientation_error, tuning):
-                count = keep_answer(geometry, work.q, rank, answers, ranks, found)
-            else:  # by a rounding of whole turns
-                best_norm, failure = 0.0, STALLED
+            if verdict == BEYOND_TOLERANCE:  # by the rounding of whole turns
+                best_norm, status_of_best = 0.0, STALLED
                 assign(work.best, work.q)
-            if count > found or ranks[0] < before:
-                news = attempts
-            found = count
-        elif not nearest > NEARER * best_norm:  # by a rounding only, it is not worth another posture
-            nearer, best_norm, failure = attempts, nearest, status
+            else:
+                before, rank = solutions.ranks[0], rank_solution(work.q, verdict, preferences)
+                count = keep_solution(geometry, work.q, rank, solutions, found)
+                if count > found or solutions.ranks[0] < before:
+                    last_news = attempts
+                found = count
+        elif not nearest > CLOSER * best_norm:
+            last_closer, best_norm, status_of_best = attempts, nearest, status
             assign(work.best, work.near)
-        settled = found > 0 and attempts - news >= ATTEMPTS_WITHOUT_NEWS
-        settled = settled or (found == 0 and attempts - nearer >= ATTEMPTS_NO_NEARER)
-        late = status == DEADLINE or passed(stop_time, work.clock)
-        if attempts >= budget or settled or late:
+        late = status == DEADLINE or passed(plan.stop_time, work.clock)
+        complete = found > 0 and attempts - last_news >= ATTEMPTS_WITHOUT_NEWS
+        in_vain = found == 0 and attempts - last_closer >= ATTEMPTS_NO_CLOSER
+        if late or complete or in_vain or attempts >= plan.budget:
             break
-        if kind == BY_METHOD and status != CONVERGED and nearest <= close and not transpose:
-            kind = later = TO_TOLERANCE
+        # Where the next attempt begins
+        if kind == BY_METHOD and status != CONVERGED and nearest <= plan.close and plan.finish_by_lm:
+            kind, eased = TO_TOLERANCE, True
             assign(work.q, work.near)
-            continue
-        if near_seed and restarts == 0 and kind != FROM_SEED and not transpose:
+        elif plan.near_seed and restarts == 0 and kind != FROM_SEED and plan.finish_by_lm:
             kind = FROM_SEED
             assign(work.q, work.seed)
-            continue
-        if restarts == 0 and first < 0:
-            score_starts(starts, task, scale, work.scores)
-            first = nearest_start(work.scores)
-        restarts += 1
-        taken, kind = 0, BY_METHOD if restarts % 2 == 0 else later
-        next_start(starts, restarts, first, work)
-        if tuning.respect_limits > 0.0:  # starts are kept in single precision
-            clip(geometry, work.q)
-    if found == 0 and not lone:
-        assign(work.q, work.best)
-        # What the transpose method cannot do shall not be done for it.
-        if not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
-            steps += approach(geometry, task, tuning, stop_time, attempts, work, recorder)
-            late = passed(stop_time, work.clock)
-            # How the descents ended says nothing of where the approach came to rest.
-            failure = STALLED if failure in (DIVERGED, OSCILLATING) else failure
-        position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
-        if holds(position_error, orientation_error, tuning):
-            unwrap(geometry, work.q, reference)
-            rank = rank_answer(work.q, reference, preferences.joint_weights, tuning.max_joint_jump)
-            found = keep_answer(geometry, work.q, rank, answers, ranks, 0)
         else:
-            failure = DEADLINE if late else UNREACHABLE if hopeless else failure
+            if restarts == 0 and nearest_of_starts < 0:
+                score_starts(starts, task, scale, work.scores)
+                nearest_of_starts = nearest_start(work.scores)
+            restarts += 1
+            kind = TO_TOLERANCE if eased and restarts % 2 == 1 else BY_METHOD
+            next_start(starts, restarts, nearest_of_starts, work)
+            if tuning.respect_limits > 0.0:  # starts are kept in single precision
+                clip(geometry, work.q)
+        taken = 0
+    if found == 0 and int(tuning.max_attempts) != 1:
+        assign(work.q, work.best)
+        if not late and (plan.finish_by_lm or plan.budget < 1.0):
+            more, late = come_closest(geometry, task, tuning, plan, attempts, work, recorder)
+            steps += more
+            # How the descents ended says nothing of where the approach came to rest.
+            status_of_best = STALLED if status_of_best in (DIVERGED, OSCILLATING) else status_of_best
+        unwrap(geometry, work.q, preferences.reference)
+        position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
+        verdict = judge(tuning, preferences.reference, position_error, orientation_error, work.q)
+        if verdict != BEYOND_TOLERANCE:
+            found = keep_solution(geometry, work.q, rank_solution(work.q, verdict, preferences), solutions, 0)
+        else:
+            status_of_best = DEADLINE if late else UNREACHABLE if plan.hopeless else status_of_best
     if found > 0:
-        assign(work.q, answers[0])
-        failure = CONVERGED if ranks[0] < TOO_FAR else JOINT_JUMP
+        assign(work.q, solutions.rows[0])
+        status_of_best = CONVERGED if solutions.ranks[0] < NOT_ACCEPTED else JOINT_JUMP
     position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
-    if failure == CONVERGED and not holds(position_error, orientation_error, tuning):
-        failure = STALLED
-    return failure, steps, attempts, count_near(ranks, found), position_error, orientation_error
+    return (
+        status_of_best, steps, attempts, count_accepted(solutions.ranks, found), position_error, orientation_error,
+    )  # fmt: skip
+
+
+@inlined
+def finish(geometry, task, tuning, preferences, plan, attempt, taken, work, recorder):
+    """Bring a solution in work.q to the nearest whole turns, and by self-motion to where null_space wants it; return
+    the steps taken, and whether it moved."""
+    moved = unwrap(geometry, work.q, preferences.reference)
+    if int(tuning.null_space) == NONE:
+        return 0, moved
+    steps = settle(geometry, task, tuning, preferences, plan.stop_time, attempt, taken, work, recorder)
+    unwrap(geometry, work.q, preferences.reference)
+    return steps, True
+
+
+@inlined
+def approach_within(geometry, task, tuning, slack, plan, attempt, work, recorder):
+    """Approach the target from work.q with this part of the tolerances as freedom; return (steps, status, position
+    error [m], orientation error [rad], error norm)."""
+    eased = with_slack(task, slack * tuning.position_tolerance, slack * tuning.orientation_tolerance)
+    steps = approach(geometry, eased, tuning, plan.stop_time, attempt, work, recorder)
+    position_error, orientation_error, norm, _, _ = look_at_error(geometry, task, work)
+    status = CONVERGED if within_tolerances(position_error, orientation_error, tuning) else STALLED
+    return steps, status, position_error, orientation_error, norm
+
+
+@inlined
+def come_closest(geometry, task, tuning, plan, attempt, work, recorder):
+    """Bring work.q, from which no descent got closer, to the closest approach; return (steps, whether it is late)."""
+    steps, status, _, _, norm = approach_within(geometry, task, tuning, 0.0, plan, attempt, work, recorder)
+    if status != CONVERGED and norm <= plan.close and attempt == 0:  # no attempts: nobody has tried it
+        more, _, _, _, _ = approach_within(geometry, task, tuning, 1.0, plan, attempt + 1, work, recorder)
+        steps += more
+    return steps, passed(plan.stop_time, work.clock)

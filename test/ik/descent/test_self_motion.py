@@ -224,3 +224,13 @@ def test_joints_at_limits_do_not_spoil_the_way_of_the_others():
         solution = solve(arm, arm.forward(q), q, options)
         assert solution.converged and solution.iterations < 60
         assert cost('posture', arm, solution.q, posture) <= cost('posture', arm, q, posture) + 1e-9
+
+
+@pytest.mark.parametrize('nearly', [1e-3, 1e-6, 1e-8])
+def test_rows_that_nearly_depend_on_others_come_out_orthonormal_to_rounding(nearly):
+    rng, work = np.random.default_rng(0), make_workspace(1, 9)
+    work.columns[:], work.e[:] = rng.normal(size=(9, 6)), 0.0
+    work.columns[:, 3:] = work.columns[:, :3] + nearly * work.columns[:, 3:]
+    rank = orthonormal_rows(work)
+    assert rank == 6
+    np.testing.assert_allclose(work.W @ work.W.T, np.eye(6), rtol=0, atol=1e-14)

@@ -7,10 +7,11 @@ import pytest
 from chains import chain, random_urdf
 from hypothesis import given
 from hypothesis import strategies as st
-from numerics import SEEDS, few, get_arm, pinocchio_tip, pose_errors, random_configurations, random_rotation
+from numerics import SEEDS, few, get_arm, pinocchio_tip, pose_errors, random_configurations, random_rotation, tuning
 
 from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm, solve
-from ros_ik_pkg.ik.search.reach import make_reach
+from ros_ik_pkg.ik.kernel.data_layout import Task
+from ros_ik_pkg.ik.search.reach import make_reach, out_of_reach
 
 ROBOTS = ('iiwa14', 'panda', 'planar3r', 'puma560', 'stanford', 'ur5')
 
@@ -97,13 +98,12 @@ def test_the_closest_approach_to_a_place_beyond_a_planar_arm_is_its_closed_form(
     assert solution.sigma_min < 0.05  # stretched out
 
 
-def test_a_target_on_the_edge_of_the_reach_is_not_given_up():
-    arm, target = get_arm('planar3r'), np.eye(4)
-    target[0, 3] = 0.9 - 1e-9
-    solution = solve(
-        arm, target, options=SolveOptions(deadline=0.0, position_tolerance=1e-4, orientation_tolerance=1e-2)
-    )
-    assert solution.converged
+@pytest.mark.parametrize(('metres', 'beyond'), [(0.9 - 1e-9, False), (0.9, False), (0.9 + 1e-7, True)])
+def test_the_edge_of_the_reach_is_sharp(metres, beyond):
+    arm, options = get_arm('planar3r'), {'position_tolerance': 1e-12, 'orientation_tolerance': 1e-12}
+    rows, exact = np.ones(6), np.zeros(6)
+    task = Task(tuple(np.eye(3).ravel()), (metres, 0.0, 0.0), rows, exact, 0.0, 1.0, 0.0, 0.0)
+    assert out_of_reach(arm.geometry, make_reach(arm.geometry), task, tuning(**options)) == beyond
 
 
 def test_a_target_just_outside_but_within_tolerance_counts_as_reachable():
@@ -141,3 +141,10 @@ def test_a_slide_that_may_leave_its_limits_has_no_reach():
     target = arm.forward(np.array([0.4, 1.5]))
     assert solve(arm, target, options=SolveOptions(deadline=0.0)).status is Status.UNREACHABLE
     assert solve(arm, target, options=SolveOptions(respect_limits=False, deadline=0.0)).converged
+
+
+def test_a_slide_without_limits_reaches_without_bound():
+    arm = load_arm(chain(('turn', 'revolute', {}), ('slide', 'prismatic', {'axis': (1, 0, 0)})))
+    for lower, upper in ((-np.inf, 1.0), (0.0, np.inf), (-np.inf, np.inf)):
+        endless = arm.geometry._replace(lower=np.array([-2.0, lower]), upper=np.array([2.0, upper]))
+        assert np.all(np.isinf(make_reach(endless).lengths))

@@ -358,3 +358,48 @@ def test_a_chain_of_seventeen_joints_is_solved(method, null_space):
     targets, seeds = reachable_poses(arm, rng, 20), random_configurations(arm, rng, 20)
     options = SolveOptions(method=method, null_space=null_space, deadline=0.0)
     assert count_answers(arm, solve_batch(arm, targets, seeds, options), targets) == 1.0
+
+
+def last_rows(trace):
+    """Iteration and error norm at which each attempt of a trace ends."""
+    attempts = trace.column('attempt')
+    ends = np.append(np.flatnonzero(np.diff(attempts)), len(trace) - 1)
+    return trace.column('iteration')[ends], trace.column('error_norm')[ends]
+
+
+@pytest.mark.parametrize(('options', 'left'), [({}, True), ({'task_weights': (1, 1, 1, 1, 1, 0)}, False),
+                                               ({'choice': 'nearest'}, False), ({'max_joint_jump': 9.0}, False)])
+def test_a_seed_is_left_after_two_steps_only_for_the_first_solution_of_a_whole_pose(options, left):
+    arm, rng = get_arm('ur5'), np.random.default_rng(12)
+    given_up = 0
+    for target, seed in zip(reachable_poses(arm, rng, 40), random_configurations(arm, rng, 40)):
+        trace = solve(arm, target, seed, SolveOptions(**options, **CALM), trace=True).trace
+        iterations, norms = last_rows(trace)
+        given_up += iterations[0] == 2 and norms[0] > 0.2
+    assert (given_up > 0) == left
+
+
+def test_the_closest_approach_starts_from_the_nearest_iterate_of_all_attempts():
+    arm, rng = get_arm('puma560'), np.random.default_rng(13)
+    for target in reachable_poses(arm, rng, 20):
+        target[:3, 3] *= 0.02  # beside the first axis, where the wrist cannot come
+        solution = solve(arm, target, options=SolveOptions(max_attempts=20, **CALM), trace=True)
+        nearest = solution.trace.column('error_norm').min()
+        assert np.linalg.norm(pose_errors(arm, solution.q, target)) <= 1.0011 * nearest
+
+
+def test_starts_that_single_precision_puts_outside_narrow_limits_are_brought_inside():
+    narrow = {'lower': 1.1, 'upper': 1.1 + 1e-9}  # less than single precision tells apart
+    arm = load_arm(chain(('j1', 'revolute', {}), ('j2', 'revolute', {'axis': (0, 1, 0), **narrow}),
+                         ('j3', 'revolute', {'axis': (1, 0, 0)})))
+    trace = solve(arm, np.eye(4), options=SolveOptions(max_attempts=30, **CALM), trace=True).trace
+    assert np.all((arm.lower <= trace.joint_positions) & (trace.joint_positions <= arm.upper))
+
+
+def test_the_deadline_ends_a_descent_that_still_makes_progress():
+    arm = get_arm('ur5')
+    target = pinocchio_tip(arm, arm.home + 0.3)
+    creeping = SolveOptions(method='dls', step_size=1e-4, max_iterations=100000, max_attempts=1, deadline=1e-3)
+    solution = solve(arm, target, arm.home, creeping)
+    assert solution.status is Status.DEADLINE
+    assert solution.iterations < 50000  # a millisecond is some three thousand

@@ -1,0 +1,26 @@
+"""The one place that says what a solution must fulfil; searches and self-motion ask it.
+
+Joint limits are not looked at again: whatever moves work.q ends within them (`limits.py`, `descent.update`).
+"""
+
+from __future__ import annotations
+
+from ros_ik_pkg.ik.kernel.compiled import inlined
+from ros_ik_pkg.ik.kinematics.task import within_tolerances
+
+ACCEPTED, BEYOND_JUMP, BEYOND_TOLERANCE = range(3)
+
+
+@inlined
+def judge(tuning, reference, position_error, orientation_error, q):
+    """Return ACCEPTED if q is a solution, given its errors [m, rad], or the first condition that it breaks.
+
+    The cheapest condition comes first; one that costs more than forward kinematics belongs at the end.
+    """
+    if not within_tolerances(position_error, orientation_error, tuning):
+        return BEYOND_TOLERANCE
+    if tuning.max_joint_jump > 0.0:
+        for i in range(len(q)):
+            if abs(q[i] - reference[i]) > tuning.max_joint_jump:
+                return BEYOND_JUMP
+    return ACCEPTED
