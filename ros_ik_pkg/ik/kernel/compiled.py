@@ -21,6 +21,8 @@ import llvmlite
 import numba
 from numba.core import caching
 
+from ros_ik_pkg.ik.kernel.parts import PartCompiler, make_part
+
 PACKAGE = 'ros_ik_pkg.ik'
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -113,33 +115,44 @@ class _Cache(caching.FunctionCache):
             NOT_SAVED.append(str(error))
 
 
-def _decorator(forceinline: bool = False, **options: Any) -> Callable[[Function], Function]:
+def _njit(function: Callable[..., Any], **options: Any) -> Any:
     """Return njit with the options that all compiled functions share."""
-
-    def decorate(function: Function) -> Function:
-        dispatcher: Any = numba.njit(
-            error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
-            nogil=True,  # batches run on threads
-            fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
-            forceinline=forceinline,  # said in any case: else Numba takes it from the caller
-            **options,
-        )(function)
-        if CACHE_FOLDER is not None:
-            dispatcher._cache = _Cache(function)
-        return dispatcher
-
-    return decorate
+    return numba.njit(
+        error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
+        nogil=True,  # batches run on threads
+        fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
+        **options,
+    )(function)
 
 
-# What callers enter by: may allocate.
-compiled = _decorator()
+def compiled(function: Function, **options: Any) -> Function:
+    """Decorate what Python enters by: it may allocate."""
+    dispatcher: Any = _njit(function, **{'forceinline': False, **options})  # said in any case: else taken from callers
+    if CACHE_FOLDER is not None:
+        dispatcher._cache = _Cache(function)
+    return dispatcher
 
-# Inside the loop: no reference counts (atomic instructions, dearer than the arithmetic) and so no allocation
-# either, which Numba then refuses to compile.
-kernel = _decorator(_nrt=False)
 
-# Small kernels that return tuples: inlined, so that the numbers stay in registers.
-inlined = _decorator(forceinline=True, _nrt=False)
+def _part(function: Function, forceinline: bool) -> Function:
+    """Decorate what compiled functions call. Python can call it too, and then compiles it for itself.
+
+    It has no reference counts (atomic instructions, dearer than the arithmetic) and so cannot allocate either, which
+    Numba then refuses to compile.
+    """
+    options = {'forceinline': forceinline, '_nrt': False}
+    dispatcher: Any = _njit(function, pipeline_class=PartCompiler, **options)
+    make_part(dispatcher, compiled(function, **options))
+    return dispatcher
+
+
+def kernel(function: Function) -> Function:
+    """Decorate what is called inside the loop."""
+    return _part(function, forceinline=False)
+
+
+def inlined(function: Function) -> Function:
+    """Decorate a small kernel that returns tuples: inlined, so that the numbers stay in registers."""
+    return _part(function, forceinline=True)
 
 
 def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
