@@ -60,11 +60,15 @@ class PartCompiler(CompilerBase):
         return [passes]
 
 
-def make_part(dispatcher: Any, for_python: Callable[..., Any]) -> None:
-    """Let a dispatcher with PartCompiler keep what it compiles for compiled callers; Python calls `for_python`."""
+def make_part(dispatcher: Any, for_python: Callable[..., Any], names: list[str]) -> None:
+    """Let a dispatcher with PartCompiler keep what it compiles for compiled callers; Python calls `for_python`.
+
+    `names` receives the name of the function each time that it is compiled.
+    """
 
     def keep(result: Any) -> None:
         dispatcher.overloads[tuple(result.signature.args)] = result
+        names.append(dispatcher.__name__)
 
     dispatcher.add_overload = keep
     dispatcher._compile_for_args = lambda *_, **__: for_python  # Numba asks it what to call

@@ -93,7 +93,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
         attempts += 1
         if status == CONVERGED:
             moved = unwrap(geometry, work.q, reference)
-            if int(tuning.null_space) != NONE:
+            if recorder is not None and int(tuning.null_space) != NONE:
                 posture = preferences.posture
                 steps += settle(
                     geometry, task, tuning, posture, reference, stop_time, attempts - 1, taken, work, recorder
@@ -141,7 +141,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
     if found == 0 and not lone:
         assign(work.q, work.best)
         # What the transpose method cannot do shall not be done for it.
-        if not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
+        if recorder is not None and not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
             steps += approach(geometry, task, tuning, stop_time, attempts, work, recorder)
             late = passed(stop_time, work.clock)
             # How the descents ended says nothing of where the approach came to rest.
