@@ -40,7 +40,7 @@ FLOAT = np.dtype(np.float64)
 POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
-STILL_COMPILING = 'the solver is still being compiled: so far it solves with the usual options what is within reach'
+STILL_COMPILING = 'the solver is still being compiled: so far without null_space, max_joint_jump and velocity_limiting'
 
 one_target = solve_one  # or solve_usual, until that is compiled
 

@@ -29,32 +29,28 @@ def usual() -> Iterator[None]:
 
 
 @pytest.mark.parametrize('name', ['panda', 'ur5'])
-@pytest.mark.parametrize('method', [method for method in METHODS if method != 'transpose'])
+@pytest.mark.parametrize('method', METHODS)
 def test_the_usual_solve_gives_the_bits_of_the_complete_one(usual, name, method):
-    arm, options, alike = get_arm(name), SolveOptions(method=method), 0
-    for target in reachable_poses(arm, np.random.default_rng(3), 20):
+    arm, options = get_arm(name), SolveOptions(method=method, max_attempts=10)
+    beyond = arm.forward(arm.home)
+    beyond[0, 3] = 10.0
+    for target in (beyond, *reachable_poses(arm, np.random.default_rng(3), 20)):
         use_usual(True)
-        try:
-            first = solve(arm, target, options=options)
-        except NotCompiledError:
-            continue  # no descent arrived
+        first = solve(arm, target, options=options)
         use_usual(False)
         complete = solve(arm, target, options=options)
         np.testing.assert_array_equal(first.q, complete.q)
         assert (first.status, first.iterations, first.attempts) == (
             complete.status, complete.iterations, complete.attempts
         )  # fmt: skip
-        alike += 1
-    assert alike >= 15
 
 
 def test_what_is_not_compiled_yet_is_refused_and_not_waited_for(usual):
     arm = get_arm('panda')
-    target, beyond = arm.forward(arm.home), arm.forward(arm.home)
-    beyond[0, 3] = 10.0
+    target = arm.forward(arm.home)
     assert solve(arm, target, arm.home + 0.1).converged
     for change in (
-        {'target': beyond}, {'options': SolveOptions(null_space='posture')}, {'options': SolveOptions(choice='all')},
+        {'options': SolveOptions(null_space='posture')}, {'options': SolveOptions(choice='all')},
         {'reference': arm.home}, {'trace': True},
     ):  # fmt: skip
         with pytest.raises(NotCompiledError, match='still being compiled'):

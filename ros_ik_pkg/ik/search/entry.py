@@ -52,8 +52,8 @@ ONE_TARGET = (
 def solve_usual(model, numbers, target, seed, row):
     """Do what `solve_one` does for most targets, compiled in two thirds of its time; used until that is there.
 
-    The status is NOT_COMPILED if more is needed: a null space objective, the closest approach to a target that no
-    descent reached, the figures of a failure.
+    The status is NOT_COMPILED if an objective for the null space is asked for; the smallest singular value of a failure
+    is NaN.
     """
     return _solve_one(model, numbers, target, seed, row, None)
 
@@ -150,11 +150,8 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, rows, m
         row[POSITION_ERROR], row[ORIENTATION_ERROR] = position_error, orientation_error
         row[JOINT_DISTANCE] = largest_gap(q, reference)
         row[LIMITS_MASK] = limits_mask(geometry, q)
-        if status != CONVERGED:
-            if rows is None:
-                row[STATUS] = NOT_COMPILED
-            else:
-                row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
+        if rows is not None and status != CONVERGED:
+            row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began
     return integers[2]
 

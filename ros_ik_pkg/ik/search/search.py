@@ -141,7 +141,7 @@ def search(geometry, starts, reach, task, tuning, reference, preferences, began,
     if found == 0 and not lone:
         assign(work.q, work.best)
         # What the transpose method cannot do shall not be done for it.
-        if recorder is not None and not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
+        if not late and (int(tuning.method) != TRANSPOSE or budget < 1.0):
             steps += approach(geometry, task, tuning, stop_time, attempts, work, recorder)
             late = passed(stop_time, work.clock)
             # How the descents ended says nothing of where the approach came to rest.

@@ -140,7 +140,7 @@ def test_an_empty_posture_is_held_through_changes_of_other_parameters_and_not_of
 
 
 def test_a_seed_beyond_all_sense_is_not_held():
-    handler = handler_with(null_space='posture', seed_source='home')
+    handler = handler_with(null_space='posture')
     for q in (START + 1e9, START):
         handler.joint_states.keep(joint_state(UR5.joint_names, q))
         handler.handle(target_of(UR5.forward(START)), trace=False)
