@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from rclpy.clock import ROSClock
 
-from ros_ik_pkg.ik import ArgumentError, Arm, Solution, Status, solve
+from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, Solution, Status, solve
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.commands import Commands
 from ros_ik_pkg.ros.handling.final_check import fault_of
@@ -63,6 +63,8 @@ class TargetHandler:
             return self._without_solution(target, REFUSED, error.status, str(error))
         except ArgumentError as error:
             return self._without_solution(target, REFUSED, 'argument', str(error))
+        except NotCompiledError as error:
+            return self._without_solution(target, REFUSED, 'compiling', str(error))
 
     def given_up(self, target: Target, status: str, why: str) -> Result:
         """Return the refusal of a target that waits for its transform, which something else has ended."""
