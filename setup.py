@@ -32,6 +32,7 @@ setup(
     entry_points={
         'console_scripts': [
             f'ik_node = {NAME}.ros.ik_node:main',
+            f'compile = {NAME}.ik.compilation:main',
             f'demo = {NAME}.tools.demo:main',
             f'send_target = {NAME}.tools.send_target:main',
             f'set_param = {NAME}.tools.set_param:main',

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
+import resource
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 
@@ -26,7 +28,11 @@ from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
 
 ROS_HEAD = ['listeners', 'targets a second', 'node', 'p50 us', 'p99 us', 'p50 over echo', 'answered %', 'newest lost']
-START_HEAD = ['node', 'seconds from start to first answer']
+START_HEAD = ['node', 'compiled code', 'seconds from start to first answer', 'processor seconds']
+START_TEXT = (
+    'From the start of the process to the answer to a target that is sent every 20 ms; the median of several starts, '
+    'and one start with nothing compiled. The processor seconds are those of the node and of its helper until it stops.'
+)
 SIDES = ('echo', 'ik')  # namespaces of the two nodes
 RATES = (100, 1000)  # Hz
 SECONDS = 1.0  # of one stretch: short, so that both nodes see the same moods of the machine
@@ -96,8 +102,10 @@ def ros_rows(robot: str) -> Iterator[tuple[str, str, list[list[str]]]]:
                 side.wait(executor.spin_once)
             rows = [row for name in LISTENERS for row in _measure(name, sides, executor.spin_once)]
             yield 'Round trip over ROS', f'{arm.name}, a closed path, targets from another process.', [ROS_HEAD, *rows]
-        rows = [[side.name, _start_time(side, arm, robot, executor.spin_once)] for side in sides]
-        yield 'Start over ROS', 'With compiled code in its cache; median of several starts.', [START_HEAD, *rows]
+        rows = [[side.name, 'kept', *_start_times(side, arm, robot, executor.spin_once, STARTS)] for side in sides]
+        with tempfile.TemporaryDirectory() as folder:
+            first = _start_times(sides[1], arm, robot, executor.spin_once, 1, NUMBA_CACHE_DIR=folder)
+        yield 'Start over ROS', START_TEXT, [START_HEAD, *rows, [sides[1].name, 'none', *first]]
 
 
 def poses_of(arm: Arm) -> list[PoseStamped]:
@@ -112,10 +120,12 @@ def command_of(side: str, arm: Arm, robot: str) -> list[str]:
     return ['ros_ik_pkg.ros.ik_node', '--ros-args', *(word for text in parameters for word in ('-p', text))]
 
 
-def running(command: list[str], namespace: str) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
+def running(
+    command: list[str], namespace: str, **environment: str
+) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
     """Run a node in its own process and namespace."""
     arguments = [*command, '-r', f'__ns:=/{namespace}', '--log-level', 'warn']
-    return processes.running(*arguments, cwd=ROOT, env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    return processes.running(*arguments, cwd=ROOT, env={**os.environ, 'PYTHONPATH': str(ROOT), **environment})
 
 
 def _measure(name: str, sides: list[Side], spin: Callable[[float], None]) -> list[list[str]]:
@@ -143,12 +153,22 @@ def _row(listeners: str, rate: int, side: str, trips: list[np.ndarray], echo: li
     return [listeners, str(rate), side, *times, f'{ratio:.2f}', f'{100 * answered:.1f}', f'{lost} of {len(trips)}']
 
 
-def _start_time(side: Side, arm: Arm, robot: str, spin: Callable[[float], None]) -> str:
-    """Return the median time from the start of a process to its first answer [s]."""
-    times = []
-    for _ in range(STARTS):
-        began = time.perf_counter()
-        with running(command_of(side.name, arm, robot), side.name):
+def _start_times(
+    side: Side, arm: Arm, robot: str, spin: Callable[[float], None], starts: int, **environment: str
+) -> list[str]:
+    """Return the median times of several starts [s]: from the start of a process to its first answer, and of processors
+    until it was stopped then."""
+    times, used = [], []
+    for _ in range(starts):
+        began, before = time.perf_counter(), _children_time()
+        with running(command_of(side.name, arm, robot), side.name, **environment):
             side.wait(spin)
             times.append(time.perf_counter() - began)
-    return f'{np.median(times):.2f}'
+        used.append(_children_time() - before)
+    return [f'{np.median(times):.2f}', f'{np.median(used):.2f}']
+
+
+def _children_time() -> float:
+    """Return the processor time [s] of the processes that this one started and that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime

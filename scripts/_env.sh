@@ -100,7 +100,7 @@ make_venv() {
             fail 'found no Python 3.12 or 3.11 that can make virtual environments. Install one' \
                 '(Debian and Ubuntu: apt install python3 python3-venv) or set ROS_IK_PYTHON to it'
     fi
-    say "making $venv with $("$interpreter" --version), once: 1 to 3 minutes, about 700 MB"
+    say "making $venv with $("$interpreter" --version), once: 1 to 3 minutes, about 550 MB"
     rm -rf "$venv"
     "$interpreter" -m venv "${options[@]}" "$venv"
 }
@@ -136,6 +136,8 @@ pip_install() {
         tail -n 15 "$log" >&2
         fail "pip could not install these (all of its output: $log); is there a network?"
     fi
+    # A third of what the wheels of Pinocchio take is for compiling C++ against it.
+    rm -rf "$venv"/lib/python3*/site-packages/cmeel.prefix/include "$venv"/lib/python3*/site-packages/cmeel.prefix/lib/*.a
 }
 
 # Lists of setup.cfg, and pins. A sourced ROS brings its own rclpy, built with its own NumPy.
@@ -156,11 +158,42 @@ PYTHON
     printf '%s\n' ${ROS_IK_PINS:-}
 }
 
+# Reads the output of pip and says how far it is, on a terminal in one line that moves.
 show_progress() {
-    awk -v terminal="$([[ -t 2 ]] && echo 1)" '
-        /^ *Collecting / { count += 1
-            if (terminal) printf "\r\033[K  %d packages, %s", count, $2
-            else if (count % 20 == 0) print "  " count " packages" }
-        /^Installing collected/ { printf "%s  unpacking\n", terminal ? "\r\033[K" : "" }
-        { fflush() }' >&2
+    local line found=0 total=0 watcher=
+    while IFS= read -r line; do
+        case $line in
+        *Collecting\ *)
+            found=$((found + 1))
+            move_line "$found packages found, ${line#*Collecting }" $((found % 20))
+            ;;
+        'Installing collected packages: '*)
+            total=$(tr ',' '\n' <<<"${line#*: }" | wc -l)
+            count_unpacked "$total" &
+            watcher=$!
+            ;;
+        esac
+    done
+    [[ -z $watcher ]] || kill "$watcher" 2>/dev/null || true
+    [[ ! -t 2 ]] || printf '\r\033[K' >&2
+}
+
+# count_unpacked TOTAL: says once a second how many packages the environment has.
+count_unpacked() {
+    local before count
+    before=$(packages)
+    while sleep 1; do
+        count=$(($(packages) - before))
+        move_line "$count of $1 packages unpacked" $((count % 20))
+    done
+}
+packages() { find "$venv/lib" -maxdepth 3 -name '*.dist-info' | wc -l; }
+
+# move_line TEXT REST: the text in place of the last one; without a terminal a line of its own where the rest is 0.
+move_line() {
+    if [[ -t 2 ]]; then
+        printf '\r\033[K  %.100s' "$1" >&2
+    elif (($2 == 0)); then
+        printf '  %s\n' "$1" >&2
+    fi
 }

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ros_ik_pkg.compare.files import write_csv, write_json
+from ros_ik_pkg.compare.notebook import save_notebook
 from ros_ik_pkg.compare.palette import COLOURS
 from ros_ik_pkg.compare.problem import NOTES_ROBOT, Problem, as_typed, make_problem, numbers_of
 from ros_ik_pkg.compare.progress import progress_bar
@@ -53,7 +54,9 @@ def arguments() -> argparse.ArgumentParser:
     add('--damping', type=float, help='lambda of dls and lambda_0 of adaptive_dls (default: those of the node)')
     add('--gain', type=float, help='damping over error of adaptive_dls (default: that of the node)')
     add('--step-size', type=float, default=1.0, help='factor on every step (default: %(default)s)')
-    add('--plot', type=picture, metavar='FILE.png', help='write a plot: errors, path of the tip, joints')
+    add('--plot', type=picture, metavar='FILE.png', help='write the picture: errors, way of the tip, joints')
+    add('--animate', type=Path, metavar='FILE.gif|.mp4', help='write a moving picture, iteration by iteration')
+    add('--notebook', type=Path, metavar='FILE.ipynb', help='write a notebook that repeats this without ROS')
     add('--csv', type=Path, metavar='FILE', help='write every iterate of every method')
     add('--json', type=Path, metavar='FILE', help='write the problem, the options, the figures and every iterate')
     add('--sweep', type=int, metavar='N', help='run the methods on N regular and N singular random targets instead')
@@ -74,8 +77,8 @@ def read_arguments() -> argparse.Namespace:
     given = parser.parse_args()
     given.methods = tuple(dict.fromkeys(given.methods))
     if given.sweep is not None:
-        if given.sweep < 1 or given.plot or given.csv or given.json:
-            parser.error('--sweep needs a number above 0, and excludes --plot, --csv and --json')
+        if given.sweep < 1 or given.plot or given.animate or given.notebook or given.csv or given.json:
+            parser.error('--sweep needs a number above 0, and excludes every option that writes a file')
         if given.seed or given.target:
             parser.error('--sweep excludes --seed and --target, because those of a sweep are random')
     return given
@@ -174,11 +177,17 @@ def compare(problem: Problem, given: argparse.Namespace, options: SolveOptions) 
         from ros_ik_pkg.compare.plots import save_picture  # only plots need matplotlib
 
         save_picture(given.plot, problem, runs)
+    if given.animate:
+        from ros_ik_pkg.compare.animation import frames_of, save_animation
+
+        save_animation(given.animate, problem, runs, progress_bar(len(frames_of(runs)), 'frames'))
+    if given.notebook:
+        save_notebook(given.notebook, problem, given.robot, given.methods, options)
     if given.csv:
         write_csv(given.csv, problem, runs)
     if given.json:
         write_json(given.json, problem, runs, options, given.robot)
-    for path in filter(None, (given.plot, given.csv, given.json)):
+    for path in filter(None, (given.plot, given.animate, given.notebook, given.csv, given.json)):
         print(f'wrote {path}', file=sys.stderr)
 
 

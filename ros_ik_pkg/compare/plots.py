@@ -108,13 +108,13 @@ def draw_paths(figure: Figure | SubFigure, problem: Problem, runs: Sequence[Meth
     for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), 'xyz'):
         axis.set_label_text(f'{name} [m]')
         axis.labelpad = 3 if name == 'z' else 9
-    _equal_scales(axes)
+    equal_scales(axes)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.pane.set(facecolor='#f6f8fa', edgecolor=FAINT)
 
 
-def _equal_scales(axes: Any) -> None:
-    """Give the three axes one scale, and each enough length for its tick labels."""
+def equal_scales(axes: Any) -> None:
+    """Give the three axes one scale, none of them so short that its marks overlap."""
     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
     spans = limits[:, 1] - limits[:, 0]
     longest = spans.max()

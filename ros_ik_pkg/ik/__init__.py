@@ -1,12 +1,13 @@
 """Jacobian inverse kinematics without ROS: load an arm, solve poses, see every iteration."""
 
 from ros_ik_pkg.ik.arm import Arm, load_arm
+from ros_ik_pkg.ik.compilation import Compilation, warm_up
 from ros_ik_pkg.ik.contacts.judge import Contact
-from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, OptionError
+from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
-from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch, warm_up
+from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch
 from ros_ik_pkg.ik.world import Obstacle, World
 
 __all__ = [
@@ -17,9 +18,11 @@ __all__ = [
     'ArgumentError',
     'Arm',
     'BatchSolution',
+    'Compilation',
     'Contact',
     'IkError',
     'ModelError',
+    'NotCompiledError',
     'Obstacle',
     'OptionError',
     'Solution',

@@ -20,5 +20,9 @@ class OptionError(IkError):
     """An option is unknown or outside its range."""
 
 
+class NotCompiledError(IkError):
+    """A solve needs what is still being compiled (see `compilation.Compilation`)."""
+
+
 class ArgumentError(IkError):
     """A target, seed or reference has the wrong shape, or is not finite, or is not a pose."""

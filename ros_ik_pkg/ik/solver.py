@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -14,19 +12,18 @@ import numpy as np
 from numpy import empty, ndarray
 from numpy.typing import ArrayLike
 
-from ros_ik_pkg.ik.arm import Arm, load_arm
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.collision.obstruction import MOST_TOUCHING
 from ros_ik_pkg.ik.contacts.contacts import Room
-from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
-from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER, NOT_SAVED
+from ros_ik_pkg.ik.exceptions import ArgumentError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
-from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
     FOUND,
     JOINT_DISTANCE,
     NOT_AN_ARGUMENT,
+    NOT_COMPILED,
     ORIENTATION_ERROR,
     POSITION_ERROR,
     STATUS,
@@ -34,24 +31,21 @@ from ros_ik_pkg.ik.search.entry import (
     TIME,
     solve_one,
     solve_range,
+    solve_usual,
 )
-from ros_ik_pkg.ik.search.final_check import passes
 from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
 from ros_ik_pkg.ik.world import World
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
 MOST_ANSWERS = 64  # that choice='all' returns
 DEFAULT_OPTIONS = SolveOptions()
-IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # position [m] and quaternion x y z w
 FLOAT = np.dtype(np.float64)
 POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
-CYLINDER = '<collision><geometry><cylinder radius="0.1" length="0.1"/></geometry></collision>'
-TWO_CYLINDERS = (
-    f'<robot name="warm_up"><link name="a">{CYLINDER}</link><link name="b">{CYLINDER}</link>'
-    '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><origin xyz="1 0 0"/></joint></robot>'
-)
+STILL_COMPILING = 'the solver is still being compiled: so far without null_space, max_joint_jump and velocity_limiting'
+
+one_target = solve_one  # or solve_usual, until that is compiled
 
 
 class Transform(Protocol):
@@ -97,6 +91,8 @@ def solve(
     ------
     ArgumentError
         Where an argument has the wrong shape, is not finite or is not a pose.
+    NotCompiledError
+        If only the usual solve is compiled so far (see `Compilation`) and more is needed.
 
     """
     if options is None:
@@ -117,15 +113,23 @@ def solve(
         return _solve_at_length(arm, target, seed, options, reference, trace, room, model)
     row = empty(arm.n + WIDTH)
     try:
-        good = solve_one(model, options.numbers, target, seed, row)
+        good = one_target(model, options.numbers, target, seed, row)
     except TypeError:  # other dimensions, or not aligned
         target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (arm.n,))
-        good = solve_one(model, options.numbers, target, seed, row)
+        good = one_target(model, options.numbers, target, seed, row)
     if not good:
+        if row[STATUS - WIDTH] == NOT_COMPILED:
+            raise NotCompiledError(STILL_COMPILING)
         raise _argument_error(arm, options, target, seed, seed)
     if row[STATUS - WIDTH] == Status.COLLISION:
         return _solve_at_length(arm, target, seed, options, None, False, room, model)
     return Solution(row, room=room)
+
+
+def use_usual(usual: bool) -> None:
+    """Let `solve` answer with what `solve_usual` can do, or with all of it."""
+    global one_target
+    one_target = solve_usual if usual else solve_one
 
 
 def _solve_at_length(
@@ -133,6 +137,8 @@ def _solve_at_length(
     room: Room | None, model: np.ndarray,
 ) -> Solution:
     """Solve where more is wanted than one answer from one seed, or where the answers that were found may touch."""
+    if one_target is solve_usual:
+        raise NotCompiledError(STILL_COMPILING)
     n = arm.n
     target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (n,))
     row = np.empty(n + WIDTH)
@@ -261,33 +267,6 @@ def solve_batch(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,
         figures[JOINT_DISTANCE], figures[TIME],
     )  # fmt: skip
-
-
-def warm_up(report: Callable[[str], object] = print) -> float:
-    """Compile everything, or load it from the cache; return the seconds that it took.
-
-    `report` is called with a sentence where it takes long, as it does once on every machine, and where the compiled
-    code cannot be kept.
-    """
-    began = time.monotonic()
-    kept = 'once, kept for later starts' if CACHE_FOLDER else 'at every start, for nothing can be written to keep it'
-    notice = threading.Timer(5.0, report, [f'compiling the solver for this machine, about a minute: {kept}'])
-    notice.daemon = True
-    if CACHE_FOLDER is None or not any(CACHE_FOLDER.rglob('*.nbc')):  # a cached start can be slow too
-        notice.start()
-    try:
-        arm = load_arm('planar3r')
-        for trace in (False, True):  # the two doors, solve_one and solve_range
-            solve(arm, arm.forward(arm.home), arm.home, trace=trace)
-        arm.jacobian(arm.home)
-        passes(arm.packed, DEFAULT_OPTIONS.numbers, pose_matrix(*IDENTITY), arm.home)
-        shaped = load_arm(TWO_CYLINDERS)
-        shaped.contacts.room(World(floor=-9.0)).least_clearance(shaped.home)
-    finally:
-        notice.cancel()
-    if NOT_SAVED:
-        report(f'compiled code stays in memory, the next start compiles again: {NOT_SAVED[0]}')
-    return time.monotonic() - began
 
 
 def _array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:

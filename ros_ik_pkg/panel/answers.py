@@ -13,32 +13,40 @@ from std_msgs.msg import Float64MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_ik_pkg.compare import MethodRun
-from ros_ik_pkg.ik import METHODS, Status
+from ros_ik_pkg.ik import METHODS, TRACE_COLUMNS, Status
 from ros_ik_pkg.ros.handling.result import NOTHING, REFUSED
 from ros_ik_pkg.ros.input.pose import stamp_text
 
 STATUS_OF = {status.label: status for status in Status}
-PLOTTED = ('iteration', 'position_error', 'orientation_error')
+PLOTTED = ('attempt', 'iteration', 'position_error', 'orientation_error')
+SEARCH = 'search'  # the name of the node's own solve among the descents
 WAITING = ('joint_states', 'no_robot')  # causes of a refusal that pass by themselves
-RESULT, COMPARISON, PATHS = 'result', 'comparison', 'paths'  # kinds of data
+RESULT, COMPARISON, PATHS, TRACE = 'result', 'comparison', 'paths', 'trace'  # what there can be news of
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Errors of one method against the iteration; all (k,)."""
+    """The iterates of one method, or of the node's search with all its attempts; all (k,), joint positions (k, n).
 
+    method: of the steps.
+    """
+
+    method: str
+    attempt: np.ndarray
     iteration: np.ndarray
     position_error: np.ndarray  # m
     orientation_error: np.ndarray  # rad
+    joint_positions: np.ndarray  # rad, m
 
 
 class Answers:
     """Keeps the messages with the expected stamp and drops those about other targets.
 
-    result: values of ~/result by name, with its text as 'message'; empty until it arrives.
-    solution: joint positions by name [rad, m] of the newest target with a result; empty if it has no solution.
-    runs, curves, paths: of the last complete comparison, by method.
-    compared: whether the comparison of the newest target has arrived.
+    result: values of ~/result by name, and its sentence as 'message'; empty until it comes.
+    solution: joint positions by name [rad, m] of the newest target that has a result; empty where it has no solution.
+    runs, curves, paths: of the last comparison that came whole, by method.
+    search: the iterates of the node's own solve, None until they come.
+    compared: whether the comparison of the newest target has come.
     """
 
     def __init__(self) -> None:
@@ -48,6 +56,7 @@ class Answers:
         self.runs: dict[str, MethodRun] = {}
         self.curves: dict[str, Curve] = {}
         self.paths: dict[str, np.ndarray] = {}
+        self.search: Curve | None = None
         self.compared = True
         self._coming: dict[str, Curve] = {}
         self._news: set[str] = set()
@@ -64,7 +73,7 @@ class Answers:
 
     def expect(self, stamp: str) -> None:
         """Begin with a new target."""
-        self.stamp, self.result, self._coming = stamp, {}, {}
+        self.stamp, self.result, self._coming, self.search = stamp, {}, {}, None
         self.compared = False
 
     def forget(self) -> None:
@@ -85,7 +94,7 @@ class Answers:
 
     def renew(self) -> None:
         """Have everything drawn again."""
-        self._news = {RESULT, COMPARISON, PATHS}
+        self._news = {RESULT, COMPARISON, PATHS, TRACE}
 
     def take_solution(self, message: JointState) -> None:
         """Keep the joints of the newest target."""
@@ -104,13 +113,20 @@ class Answers:
             self._news.add(RESULT)
 
     def take_trace(self, message: Float64MultiArray) -> None:
-        """Keep the curves of a method that is compared."""
+        """Keep the iterates of a method that is compared, or of the node's own solve."""
         about = dict(pair.split('=') for pair in message.layout.dim[0].label.split()[1:])
-        if about['run'] == 'comparison' and about['stamp'] == self.stamp:
-            rows, columns = (dim.size for dim in message.layout.dim)
-            matrix = np.array(message.data).reshape(rows, columns)
-            names = message.layout.dim[1].label.split(',')
-            self._coming[about['method']] = Curve(*(matrix[:, names.index(name)] for name in PLOTTED))
+        if about['stamp'] != self.stamp:
+            return
+        rows, columns = (dim.size for dim in message.layout.dim)
+        matrix = np.array(message.data).reshape(rows, columns)
+        names = message.layout.dim[1].label.split(',')
+        figures = (matrix[:, names.index(name)] for name in PLOTTED)
+        curve = Curve(about['method'], *figures, matrix[:, len(TRACE_COLUMNS) :])
+        if about['run'] == 'comparison':
+            self._coming[about['method']] = curve
+        else:
+            self.search = curve
+            self._news.add(TRACE)
 
     def take_comparison(self, message: DiagnosticArray) -> None:
         """Store the figures of all methods; their curves arrived before."""

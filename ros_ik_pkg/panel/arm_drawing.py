@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import viser
 
+from ros_ik_pkg.compare.skeleton import joint_transforms, placements
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.drawing import Drawing
 
@@ -72,25 +73,6 @@ class ArmDrawing(Drawing):
 
     def _radius(self, joint: int) -> float:
         return self._size * LINK_RADIUS * (1.0 - TAPER * joint / len(self._arm.prismatic))
-
-
-def placements(arm: Arm) -> list[np.ndarray]:
-    """Return the constant transforms (4, 4) between the joints, from base to tip."""
-    return [pin.SE3(row[:9].reshape(3, 3), row[9:]).homogeneous for row in arm.placements]
-
-
-def joint_transforms(arm: Arm, q: np.ndarray) -> list[np.ndarray]:
-    """Return the pose (4, 4) of each joint's moved frame in the one before it, at q (n,)."""
-    out = []
-    for k, step in enumerate(placements(arm)[:-1]):
-        value = arm.multiplier[k] * q[arm.variable[k]] + arm.offset[k]
-        motion = np.eye(4)
-        if arm.prismatic[k]:
-            motion[2, 3] = value
-        else:
-            motion[:3, :3] = pin.rpy.rpyToMatrix(0.0, 0.0, value)
-        out.append(step @ motion)
-    return out
 
 
 def size_of(arm: Arm) -> float:

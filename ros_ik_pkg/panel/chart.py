@@ -12,28 +12,36 @@ import numpy as np
 
 from ros_ik_pkg.compare.iteration_axis import place, thinned, ticks
 from ros_ik_pkg.panel.answers import Curve
+from ros_ik_pkg.panel.texts import Texts
 
-PLOTS = {'position_error': 'Distance from the target [m]', 'orientation_error': 'Angle from the target [rad]'}
+PLOTS = {'position_error': 'plot position', 'orientation_error': 'plot orientation'}
 FLOOR, CEILING = -8.0, 0.5  # powers of ten
 DECADES = range(-8, 1, 2)
 SHORTEST_AXIS = 30  # iterations; so that the axis does not jump while the quick methods vary
 SIDE = 1000  # of the drawing; whole numbers on it are fine enough
 
 
-def plots_html(curves: Mapping[str, Curve], old: bool = False) -> str:
-    """Return both plots, faint if they are outdated."""
+def plots_html(
+    curves: Mapping[str, Curve], old: bool = False, texts: Texts | None = None, cursor: int | None = None
+) -> str:
+    """Return both plots, faint if they are old, with a line at the iteration `cursor`."""
+    texts = texts or Texts()
     last = max([SHORTEST_AXIS, *(int(curve.iteration[-1]) for curve in curves.values())])
-    plots = ''.join(_plot(curves, column, title, last) for column, title in PLOTS.items())
+    plots = ''.join(_plot(curves, column, last, texts[title], texts, cursor) for column, title in PLOTS.items())
     return f'<div class="ik{" old" if old else ""}" data-testid="plots">{plots}</div>'
 
 
-def _plot(curves: Mapping[str, Curve], column: str, title: str, last: int) -> str:
+def _plot(
+    curves: Mapping[str, Curve], column: str, last: int, title: str, texts: Texts, cursor: int | None
+) -> str:
     width = float(place(last)) * 1.02
     marks = [(mark, float(place(mark)) / width) for mark in ticks(last) if mark <= last]
     decades = [(decade, _height(10.0**decade)) for decade in DECADES]
     grid = ''.join(f'M{x * SIDE:.0f} 0V{SIDE}' for _, x in marks)
     grid += ''.join(f'M0 {y * SIDE:.0f}H{SIDE}' for _, y in decades)
-    lines = ''.join(_line(method, curve, column, width) for method, curve in curves.items())
+    lines = ''.join(_line(method, curve, column, width, texts) for method, curve in curves.items())
+    if cursor is not None:
+        lines += f'<path class="cursor" d="M{float(place(cursor)) / width * SIDE:.0f} 0V{SIDE}"/>'
     x_labels = ''.join(f'<i class="x" style="left:{100 * x:.1f}%">{mark}</i>' for mark, x in marks)
     y_labels = ''.join(
         f'<i class="y" style="top:{100 * y:.1f}%">{f"10<sup>{decade}</sup>" if decade else 1}</i>'
@@ -50,13 +58,14 @@ def _height(error: float | np.ndarray) -> float | np.ndarray:
     return np.clip((CEILING - np.log10(np.maximum(error, 1e-300))) / (CEILING - FLOOR), 0.0, 1.0)
 
 
-def _line(method: str, curve: Curve, column: str, width: float) -> str:
-    """Return a curve with a dot at its end."""
+def _line(method: str, curve: Curve, column: str, width: float, texts: Texts) -> str:
+    """Return a curve, and a dot where it ends."""
     errors = getattr(curve, column)
     chosen = thinned(errors)
     x = (SIDE * place(curve.iteration[chosen]) / width).round().astype(int).tolist()
     y = (SIDE * _height(errors[chosen])).round().astype(int).tolist()
     points = 'L'.join(f'{a} {b}' for a, b in zip(x, y))
     stroke = f'style="stroke:var(--{method})"'
-    told = f'<title>{method}: {errors[-1]:.2g} after {int(curve.iteration[-1])} iterations</title>'
+    end = texts.fill('end of curve', method=method, error=f'{errors[-1]:.2g}', count=int(curve.iteration[-1]))
+    told = f'<title>{end}</title>'
     return f'<path {stroke} d="M{points}"/><path class="dots" {stroke} d="M{x[-1]} {y[-1]}h0">{told}</path>'

@@ -11,13 +11,15 @@ import viser
 from ros_ik_pkg.compare.problem import numbers_of, pose
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.html import tip_html
+from ros_ik_pkg.panel.lesson_tab import LessonTab
 from ros_ik_pkg.panel.parameter_controls import ParameterControls
 from ros_ik_pkg.panel.seed_sliders import SeedSliders
+from ros_ik_pkg.panel.texts import LANGUAGE_NAMES, Texts
 
 PRESET_ROWS = {
-    'Begin with': ('Lecture notes', 'Random'),
-    'Singular': ('Wrist singular', 'Arm stretched out'),
-    'Far': ('Behind the base', 'Unreachable'),
+    'begin': ('Lecture notes', 'Random'),
+    'singular': ('Wrist singular', 'Arm stretched out'),
+    'far': ('Behind the base', 'Unreachable'),
 }
 WIDTH = 340  # pixels
 
@@ -28,10 +30,12 @@ class Actions(Protocol):
     def choose_robot(self, name: str) -> None: ...
     def upload_urdf(self, text: str, file_name: str) -> None: ...
     def choose_preset(self, name: str) -> None: ...
+    def choose_lesson(self, name: str) -> None: ...
     def set_target(self, target: np.ndarray) -> None: ...
     def set_joint(self, joint: int, position: float) -> None: ...
     def set_parameter(self, name: str, value: Any) -> None: ...
     def choose_theme(self, dark: bool) -> None: ...
+    def choose_language(self, language: str) -> None: ...
 
 
 class Controls:
@@ -43,23 +47,28 @@ class Controls:
         actions: Actions,
         later: Callable[[Callable[[], object]], object],
         robots: Iterable[str],
+        texts: Texts,
+        dark: bool = False,
     ) -> None:
-        self._gui, self._actions, self._later = gui, actions, later
+        self._gui, self._actions, self._later, self._texts = gui, actions, later, texts
         panel = gui.add_panel()
-        with panel.add_tab('Task'):
+        with panel.add_tab(texts['task']):
             self._add_robot(tuple(robots))
             self._add_presets()
             self._add_target()
-            self._seed = SeedSliders(gui, self._on, actions.set_joint)
-            with gui.add_folder('Tip of the solution'):
+            self._seed = SeedSliders(gui, texts['seed'], self.on, actions.set_joint)
+            with gui.add_folder(texts['tip']):
                 self._tip = gui.add_html(tip_html(None, ''))
-        with panel.add_tab('Parameters'):
-            self.parameters = ParameterControls(gui, self._on, actions.set_parameter)
-            self._on(gui.add_checkbox('Dark page', False), actions.choose_theme)
+        with panel.add_tab(texts['lessons']):
+            self.lessons = LessonTab(gui, texts, self.on, later, actions.choose_lesson)
+        with panel.add_tab(texts['parameters']):
+            self.parameters = ParameterControls(gui, texts, self.on, actions.set_parameter)
+            self.on(gui.add_checkbox(texts['dark'], dark), actions.choose_theme)
+            self._add_languages()
         panel.dock_left()
         panel.set_width(WIDTH)
 
-    def _on(self, handle: Any, call: Callable[[Any], object]) -> None:
+    def on(self, handle: Any, call: Callable[[Any], object]) -> None:
         """Have a call made with the handle's value when the user, not the program, changes it."""
 
         @handle.on_update
@@ -69,9 +78,9 @@ class Controls:
                 self._later(lambda: call(value))
 
     def _add_robot(self, robots: tuple[str, ...]) -> None:
-        self._robot = self._gui.add_dropdown('Robot', robots, initial_value=robots[0])
-        self._on(self._robot, self._actions.choose_robot)
-        upload = self._gui.add_upload_button('Open a URDF …', icon=viser.Icon.UPLOAD, color='gray')
+        self._robot = self._gui.add_dropdown(self._texts['robot'], robots, initial_value=robots[0])
+        self.on(self._robot, self._actions.choose_robot)
+        upload = self._gui.add_upload_button(self._texts['open urdf'], icon=viser.Icon.UPLOAD, color='gray')
 
         @upload.on_upload
         def _(event: viser.GuiEvent) -> None:
@@ -81,20 +90,27 @@ class Controls:
 
     def _add_presets(self) -> None:
         for label, names in PRESET_ROWS.items():
-            group = self._gui.add_button_group(label, names)
+            by_text = {self._texts[name]: name for name in names}
+            group = self._gui.add_button_group(self._texts[label], tuple(by_text))
 
             @group.on_click
-            def _(event: viser.GuiEvent) -> None:
-                name = event.target.value
-                self._later(lambda: self._actions.choose_preset(name))
+            def _(event: viser.GuiEvent, by_text: dict[str, str] = by_text) -> None:
+                text = event.target.value
+                self._later(lambda: self._actions.choose_preset(by_text.get(text, text)))
+
+    def _add_languages(self) -> None:
+        by_name = {name: language for language, name in LANGUAGE_NAMES.items()}
+        names, shown = tuple(by_name), LANGUAGE_NAMES[self._texts.language]
+        choice = self._gui.add_dropdown(self._texts['language'], names, initial_value=shown)
+        self.on(choice, lambda name: self._actions.choose_language(by_name.get(name, name)))
 
     def _add_target(self) -> None:
-        with self._gui.add_folder('Target'):
+        with self._gui.add_folder(self._texts['target']):
             self._position = self._gui.add_vector3('x y z [m]', (0.0, 0.0, 0.0), step=0.001)
             self._rotation = self._gui.add_vector3('r p y [°]', (0.0, 0.0, 0.0), step=0.1)
-        # The typed value, not the current one of the field, which a preset may have overwritten in between.
-        self._on(self._position, lambda value: self._actions.set_target(pose([*value, *self._rotation.value])))
-        self._on(self._rotation, lambda value: self._actions.set_target(pose([*self._position.value, *value])))
+        # What was typed, not what the field holds by then: a preset that was chosen before may have written to it.
+        self.on(self._position, lambda value: self._actions.set_target(pose([*value, *self._rotation.value])))
+        self.on(self._rotation, lambda value: self._actions.set_target(pose([*self._position.value, *value])))
 
     def show_robots(self, names: Iterable[str], chosen: str) -> None:
         """Offer these robots, one of them chosen."""

@@ -10,11 +10,9 @@ import numpy as np
 from ros_ik_pkg.compare import MethodRun, describe
 from ros_ik_pkg.compare.table import cells
 from ros_ik_pkg.ik import Status
+from ros_ik_pkg.panel.texts import Texts
 
-HEADINGS = ('method', 'steps', 'Δp [m]', 'ΔR [rad]', 'time [ms]', 'status')
-SHORT = {Status.MAX_ITERATIONS: 'out of steps'}  # if the label is too long for the column
-NOTE = 'One descent each; the search of the node strides longer and restarts.'
-NUMBERS = ('No methods', 'One method', 'Two methods', 'Three methods', 'Four methods', 'Five methods')
+ENGLISH = Texts()
 AXES = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 
 
@@ -33,35 +31,36 @@ def _verdict(good: bool) -> str:
     return 'good' if good else 'bad'
 
 
-def node_words(result: Mapping[str, str]) -> tuple[str, bool]:
-    """Return the outcome of the target as text, and whether it is a success."""
+def node_words(result: Mapping[str, str], texts: Texts = ENGLISH) -> tuple[str, bool]:
+    """Say what the node made of the target, and whether that is good."""
     if not result:
-        return 'waiting for the node …', False
+        return texts['waiting'], False
     if result['outcome'] != 'solved':
-        return f'{result["outcome"]}: {result["message"]}', False
-    attempts = '' if result['attempts'] == '1' else f' and {result["attempts"]} attempts'
-    milliseconds = 1e3 * float(result['solve_time'])
-    return f'solved by {result["method"]} in {result["iterations"]} iterations{attempts}, {milliseconds:.2g} ms', True
+        return texts.failure(result['outcome'], result['status'], result['message']), False
+    attempts = '' if result['attempts'] == '1' else texts.fill('attempts', count=result['attempts'])
+    time = f'{1e3 * float(result["solve_time"]):.2g}'
+    words = {'method': result['method'], 'iterations': result['iterations'], 'attempts': attempts, 'time': time}
+    return texts.fill('solved', **words), True
 
 
-def comparison_words(runs: Iterable[MethodRun], compared: bool) -> str:
-    """Return the comparison in words, or an empty text while it is incomplete."""
+def comparison_words(runs: Iterable[MethodRun], compared: bool, texts: Texts = ENGLISH) -> str:
+    """Say what happened to the methods; nothing while those that are chosen are awaited."""
     done = list(runs)
-    return describe(done) if done else '' if compared else 'Choose methods to compare.'
+    return describe(done, texts.language) if done else '' if compared else texts['choose']
 
 
-def title(count: int) -> str:
-    """Return the title of the page for a number of compared methods."""
-    return f'{NUMBERS[count]}, one target'
+def headings(texts: Texts) -> tuple[str, ...]:
+    """Return the headings of the table of the methods."""
+    return texts['method'], texts['steps'], 'Δp [m]', 'ΔR [rad]', texts['time'], texts['status']
 
 
-def table_html(runs: Mapping[str, MethodRun], active: str, old: bool = False) -> str:
-    """Return the table of the methods, with the node's own in bold; all of it faint if outdated."""
-    head = ''.join(f'<th>{heading}</th>' for heading in HEADINGS)
-    rows = ''.join(_row(run, run.method == active) for run in runs.values())
+def table_html(runs: Mapping[str, MethodRun], active: str, old: bool = False, texts: Texts = ENGLISH) -> str:
+    """Return the table of the methods; the node's own is set in bold, and all of it faint if it is old."""
+    head = ''.join(f'<th>{heading}</th>' for heading in headings(texts))
+    rows = ''.join(_row(run, run.method == active, texts) for run in runs.values())
     return (
         f'<div class="{_part(old)}"><table class="runs" data-testid="comparison"><tr>{head}</tr>{rows}</table>'
-        f'<div class="note">{NOTE}</div></div>'
+        f'<div class="note">{texts["note"]}</div></div>'
     )
 
 
@@ -69,14 +68,14 @@ def _part(old: bool) -> str:
     return 'ik old' if old else 'ik'
 
 
-def row_texts(run: MethodRun) -> tuple[str, ...]:
-    """Return the cells of a run, in the order of HEADINGS."""
-    *texts, label = cells(run)
-    return *texts, SHORT.get(run.status, label)
+def row_texts(run: MethodRun, texts: Texts = ENGLISH) -> tuple[str, ...]:
+    """Return what the table says of a run, in the order of `headings`."""
+    *figures, label = cells(run)
+    return *figures, texts.status(label)
 
 
-def _row(run: MethodRun, active: bool) -> str:
-    method, *figures, status = row_texts(run)
+def _row(run: MethodRun, active: bool, texts: Texts) -> str:
+    method, *figures, status = row_texts(run, texts)
     name = f'<span class="dot" style="background:var(--{method})"></span>{method}'
     numbers = ''.join(f'<td>{figure}</td>' for figure in figures)
     return (

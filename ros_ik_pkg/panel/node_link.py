@@ -20,7 +20,8 @@ from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.answers import Answers
 from ros_ik_pkg.ros.input.pose import stamp_text
 from ros_ik_pkg.ros.interface import topics
-from ros_ik_pkg.ros.runtime.node_names import full_name
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS, ListOption
+from ros_ik_pkg.ros.runtime.node_names import full_name, short_name
 
 SILENCE = 3.0  # s without /diagnostics, which come once a second, after which the node counts as gone
 
@@ -89,14 +90,15 @@ class NodeLink:
         future.add_done_callback(self._queued(lambda answer: done(dict(zip(names, _values(answer))))))
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        if any(status.name.startswith(f'{self.name}:') for status in message.status):
+        if any(status.name.startswith(f'{short_name(self.name)}:') for status in message.status):
             self._heard = time.monotonic()
 
 
 def _parameter(name: str, value: Any) -> Parameter:
-    """Return a parameter; an empty list needs an explicit type."""
+    """Make a parameter of the declared type; an empty list does not tell its own."""
     if isinstance(value, (list, tuple)):
-        return Parameter(name, Parameter.Type.STRING_ARRAY, list(value))
+        texts = isinstance(PARAMETERS[name], ListOption)
+        return Parameter(name, Parameter.Type.STRING_ARRAY if texts else Parameter.Type.DOUBLE_ARRAY, list(value))
     return Parameter(name, Parameter.Type.from_parameter_value(value), value)
 
 

@@ -10,13 +10,16 @@ import numpy as np
 import viser
 from rclpy.node import Node
 
+from ros_ik_pkg.compare.lessons import LESSONS, Lesson
 from ros_ik_pkg.compare.problem import Problem
+from ros_ik_pkg.compare.words import LANGUAGES
 from ros_ik_pkg.ik import ArgumentError, Arm, IkError
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.panel import robots
-from ros_ik_pkg.panel.answers import COMPARISON, PATHS, RESULT
+from ros_ik_pkg.panel.answers import COMPARISON, PATHS, RESULT, TRACE
 from ros_ik_pkg.panel.controls import Controls
 from ros_ik_pkg.panel.events import Events
+from ros_ik_pkg.panel.microscope import OFF, Microscope
 from ros_ik_pkg.panel.node_link import NodeLink
 from ros_ik_pkg.panel.node_parameters import NodeParameters
 from ros_ik_pkg.panel.parameter_controls import COMPARE
@@ -24,6 +27,7 @@ from ros_ik_pkg.panel.presets import PRESETS, notes
 from ros_ik_pkg.panel.readings import Readings
 from ros_ik_pkg.panel.robots import ROBOT_PARAMETERS, SHIPPED, Robots
 from ros_ik_pkg.panel.scene import Scene
+from ros_ik_pkg.panel.texts import Texts
 from ros_ik_pkg.ros.handling.result import CLOSEST
 from ros_ik_pkg.ros.input.robot_source import urdf_text
 
@@ -41,8 +45,9 @@ class Panel:
         self._link = NodeLink(node, ik_node, self._events.put)
         self._robots = Robots()
         self._parameters = NodeParameters()
-        self._readings = Readings(server.gui)
-        self._controls = Controls(server.gui, self, self._events.put, self._robots.names)
+        self._texts, self._dark = Texts(), False
+        self._lesson: Lesson | None = None
+        self._add_page()
         self._scene = Scene(server, lambda pose: self._events.put(lambda: self.set_target(pose, dragged=True)))
         self._ready = False  # whether the node has the robot of the page
         self._alive = False
@@ -56,11 +61,24 @@ class Panel:
         self._use(robots.load(self._robot))
         self._say_gone()
 
+    def _add_page(self) -> None:
+        """Add everything beside the scene, in the language of the page."""
+        gui = self._server.gui
+        gui.reset()
+        self._controls = Controls(gui, self, self._events.put, self._robots.names, self._texts, self._dark)
+        self._readings = Readings(gui, self._texts, self._make_microscope)
+
+    def _make_microscope(self) -> Microscope:
+        return Microscope(self._server.gui, self._texts, self._controls.on, self._events.put, self._look_again)
+
     def tick(self) -> None:
         """Handle everything since the last tick."""
         with self._server.atomic():
             self._events.run()
-            for step in (self._watch_node, self._ask, self._show, self._readings.tick, self._scene.tick):
+            for step in (
+                self._watch_node, self._ask, self._show, self._readings.tick, self._readings.microscope.tick,
+                self._scene.tick,
+            ):  # fmt: skip
                 self._events.guard(step)
 
     def _failed(self, text: str) -> None:
@@ -87,7 +105,7 @@ class Panel:
             self._say_gone()
 
     def _say_gone(self) -> None:
-        self._readings.show_problem(f'no IK node {self._link.name}; waiting for it …')
+        self._readings.show_problem(self._texts.fill('no node', name=self._link.name))
         self._readings.show_comparison(self._link.answers, '', old=True)
 
     def _read_parameters(self) -> None:
@@ -116,7 +134,7 @@ class Panel:
             name = robot['robot'] or 'robot_description'
             self._name = self._robots.add(robot, shorten(name, 40))
             self._controls.show_robots(self._robots.names, self._name)
-            self._readings.show_problem(f'cannot show the robot of the node: {error}. Choose another one here.')
+            self._readings.show_problem(self._texts.fill('cannot show', error=error))
             return False
         shipped = robot == robots.parameters_of(robot['robot']) and robot['robot'] in SHIPPED
         self._robot, self._name = robot, self._robots.add(robot, robot['robot'] if shipped else arm.name)
@@ -145,7 +163,7 @@ class Panel:
     def _refused(self, values: dict[str, Any], refusal: str) -> None:
         """Show the node's values again."""
         self._parameters.take_back(values)
-        self._failed(f'the node refused: {refusal}')
+        self._failed(self._texts.fill('refused by node', reason=refusal))
         if not self._ready:
             self._read_parameters()
 
@@ -183,8 +201,26 @@ class Panel:
             self._readings.show_comparison(answers, self._parameters.shown['method'])
         if PATHS in news:
             self._scene.show_paths(answers.paths)
-        if RESULT in news and answers.result:
+        if self._readings.microscope.method != OFF:
+            if news & {RESULT, COMPARISON, TRACE}:
+                self._look_again()
+        elif RESULT in news and answers.result:
             self._show_solution()
+
+    def _look_again(self) -> None:
+        """Show the iterate that is looked at, or the solution if none is."""
+        answers, microscope = self._link.answers, self._readings.microscope
+        looked = microscope.show(self._arm, self._problem.target, answers, self._parameters.shown)
+        self._readings.show_curves(answers)
+        if looked is None:
+            self._scene.iterate.hide()
+            if answers.result:
+                self._show_solution()
+            return
+        iterate, positions = looked
+        self._scene.stand_at(iterate, microscope.shown_method, positions)
+        text = self._texts.fill('an iterate', k=iterate.iteration, method=microscope.shown_method)
+        self._controls.show_tip(iterate.base_from_tip, text)
 
     def _show_solution(self) -> None:
         """Draw the arm at the solution, at a published closest approach, or not at all."""
@@ -193,10 +229,10 @@ class Panel:
             q = np.array([answers.solution[name] for name in self._arm.joint_names])
             closest = answers.result.get('published') == CLOSEST
             self._scene.go_to(q)
-            self._controls.show_tip(self._arm.forward(q), 'closest approach, no solution' if closest else '')
+            self._controls.show_tip(self._arm.forward(q), self._texts['closest'] if closest else '')
         else:
             self._scene.go_to(None)
-            self._controls.show_tip(None, 'no solution for this target')
+            self._controls.show_tip(None, self._texts['no solution'])
 
     def _use(self, arm: Arm) -> None:
         """Begin with another arm."""
@@ -206,7 +242,7 @@ class Panel:
         self._controls.show_arm(arm)
         self._problem = notes(arm)
         self._scene.show_arm(arm, self._robot['robot'], self._problem.seed, self._problem.target)
-        self._controls.show_tip(arm.forward(self._problem.seed), 'the seed')
+        self._controls.show_tip(arm.forward(self._problem.seed), self._texts['the seed'])
         self._pose(self._problem)
 
     def _pose(self, problem: Problem) -> None:
@@ -235,19 +271,59 @@ class Panel:
         self._switch(parameters, self._robots.add(parameters, name))
 
     def _switch(self, parameters: dict[str, str], name: str) -> None:
+        """Show another robot and hand it to the node, together with a posture that no longer fits."""
         arm = robots.load(parameters)
         self._robot, self._name = parameters, name
         self._use(arm)
         self._ready = False
-        self._parameters.changed |= parameters
+        values: dict[str, Any] = {**parameters}
+        if self._parameters.changed.get('posture'):
+            values['posture'] = []
+        self._parameters.changed |= values
         if self._alive:
-            self._send_parameters(parameters)
+            self._send_parameters(values)
 
     def choose_preset(self, name: str) -> None:
         """Take seed and target of a preset."""
         if name not in PRESETS:
             raise ArgumentError(f'no preset {shorten(name, 60)!r}; expected one of {", ".join(PRESETS)}')
         self._pose(PRESETS[name](self._arm))
+
+    def choose_lesson(self, name: str) -> None:
+        """Set robot, seed, target, methods and parameters of a lesson, look into its descent, and say what to watch."""
+        lesson = {item.name: item for item in LESSONS}.get(name)
+        if lesson is None:
+            names = ', '.join(item.name for item in LESSONS)
+            raise ArgumentError(f'no lesson {shorten(name, 60)!r}; expected one of {names}')
+        self._lesson = lesson
+        if self._name != lesson.robot:
+            self.choose_robot(lesson.robot)
+        self._pose(lesson.problem())
+        values = {**lesson.values(), COMPARE: list(lesson.methods)}
+        self._parameters.changed |= values
+        self._controls.parameters.show(self._parameters.shown)
+        if self._alive:
+            self._send_parameters(self._parameters.changed)
+        self._controls.lessons.show(lesson.text[self._texts.language])
+        self._readings.microscope.choose(lesson.watch)
+
+    def choose_language(self, language: str) -> None:
+        """Write the page in another language."""
+        if language not in LANGUAGES:
+            raise ArgumentError(f'no language {shorten(language, 20)!r}; expected one of {", ".join(LANGUAGES)}')
+        method, row = self._readings.microscope.method, self._readings.microscope.row
+        self._texts.language = language
+        self._add_page()
+        self._controls.show_robots(self._robots.names, self._name)
+        self._controls.show_arm(self._arm)
+        self._controls.parameters.show(self._parameters.shown)
+        self._pose(self._problem)
+        if self._lesson is not None:
+            self._controls.lessons.show(self._lesson.text[language])
+        if not self._alive:
+            self._say_gone()
+        self._link.answers.renew()
+        self._readings.microscope.choose(method, row)
 
     def set_target(self, target: np.ndarray, dragged: bool = False) -> None:
         """Take a target (4, 4) from the fields or from the gizmo."""
@@ -270,6 +346,8 @@ class Panel:
     def set_parameter(self, name: str, value: Any) -> None:
         """Send a parameter that was changed on the page to the node."""
         self._parameters.changed[name] = value
+        if self._readings.microscope.method != OFF:
+            self._look_again()  # the chart of the gains shows it at once, the node at the next target
         if name == COMPARE and not value:
             self._link.answers.forget_runs()
         if self._alive:
@@ -277,6 +355,7 @@ class Panel:
 
     def choose_theme(self, dark: bool) -> None:
         """Turn the page light or dark."""
+        self._dark = bool(dark)
         self._server.gui.configure_theme(dark_mode=bool(dark), show_logo=False, show_share_button=False)
         self._scene.choose_theme(bool(dark))
         self._link.answers.renew()

@@ -8,6 +8,7 @@ from typing import Any
 import viser
 
 from ros_ik_pkg.ik import METHODS
+from ros_ik_pkg.panel.texts import Texts
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 
 TOLERANCES = tuple(f'1e-{k:02d}' for k in range(2, 9))
@@ -20,29 +21,31 @@ class ParameterControls:
     def __init__(
         self,
         gui: viser.GuiApi,
+        texts: Texts,
         on: Callable[[Any, Callable[[Any], object]], None],
         changed: Callable[[str, Any], object],
     ) -> None:
         self._gui, self._on, self._changed = gui, on, changed
         self._handles: dict[str, Any] = {}
-        self._add('method', gui.add_dropdown('Node solves by', METHODS, initial_value='adaptive_dls'))
-        with gui.add_folder('Compared methods'):
+        self._add('method', gui.add_dropdown(texts['node method'], METHODS, initial_value='adaptive_dls'))
+        with gui.add_folder(texts['compared']):
             self._compared = {name: gui.add_checkbox(name, True) for name in METHODS}
         for box in self._compared.values():
             on(box, lambda _: self._change(COMPARE, self.compared))
-        with gui.add_folder('All methods'):
-            self._add_tolerance('position_tolerance', 'Distance [m]', 'how near the tip must come')
-            self._add_tolerance('orientation_tolerance', 'Angle [rad]', 'how well the tip must be turned')
-            self._add('max_iterations', gui.add_number('Iterations', 2000, min=0, max=100000, step=1))
-            self._add('step_size', gui.add_slider('Step size', 0.05, 1.5, 0.05, 1.0))
-        with gui.add_folder('Damping'):
+        with gui.add_folder(texts['all methods']):
+            self._add_tolerance('position_tolerance', texts['distance'], texts['distance hint'])
+            self._add_tolerance('orientation_tolerance', texts['angle'], texts['angle hint'])
+            self._add('max_iterations', gui.add_number(texts['iterations'], 2000, min=0, max=100000, step=1))
+            self._add('step_size', gui.add_slider(texts['step size'], 0.05, 2.0, 0.05, 1.0))
+        with gui.add_folder(texts['damping']):
             self._add('dls.damping', gui.add_slider('dls', 0.0, 0.5, 0.005, 0.01, hint='lambda'))
             self._add(
                 'adaptive_dls.damping',
-                gui.add_number('adaptive, least', 0.001, min=0.0, max=100.0, step=0.001, hint='lambda_0'),
+                gui.add_number(texts['adaptive least'], 0.001, min=0.0, max=100.0, step=0.001, hint='lambda_0'),
             )
-            gain = gui.add_slider('adaptive, gain', 0.0, 1.0, 0.01, 0.2, hint='lambda = gain * error')
+            gain = gui.add_slider(texts['adaptive gain'], 0.0, 1.0, 0.01, 0.2, hint='lambda = gain * error')
             self._add('adaptive_dls.gain', gain)
+            self._add('sdls.max_step', gui.add_slider(texts['sdls step'], 0.01, 3.14, 0.01, 0.79, hint='rad'))
 
     def _add_tolerance(self, name: str, label: str, hint: str) -> None:
         self._add(name, self._gui.add_dropdown(label, TOLERANCES, initial_value=TOLERANCES[-3], hint=hint), float)

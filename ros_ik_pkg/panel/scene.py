@@ -8,10 +8,12 @@ import numpy as np
 import pinocchio as pin
 import viser
 
+from ros_ik_pkg.compare.iterate import Iterate
 from ros_ik_pkg.compare.palette import COLOURS, COLOURS_ON_DARK, TARGET, rgb
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.arm_drawing import ROUND, ArmDrawing, floor_of, size_of, wxyz_of
 from ros_ik_pkg.panel.camera import Camera
+from ros_ik_pkg.panel.iterate_drawing import IterateDrawing
 from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
 
 LINK, JOINT = (205, 211, 219), (84, 96, 112)
@@ -39,6 +41,7 @@ class Scene:
         self._camera = Camera(server)
         self._shown = self._goal = np.empty(0)
         self._dark = False
+        self._arms = 0
 
     def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
         """Draw an arm at its seed (n,), with meshes if its source has them, and the target (4, 4)."""
@@ -48,11 +51,13 @@ class Scene:
         self._add_lights()
         self._add_paths()
         self._add_floor(arm, size)
-        self._body = mesh_drawing(self._server, '/arm', arm, source) or ArmDrawing(
-            self._scene, '/arm', arm, LINK, JOINT
-        )
-        self._ghost = ArmDrawing(self._scene, '/seed', arm, GHOST, GHOST, opacity=0.22)
+        # A page keeps the pose of a frame that is removed, and gives it to the next frame of that name.
+        self._arms += 1
+        name, seed_name = f'/arm{self._arms}', f'/seed{self._arms}'
+        self._body = mesh_drawing(self._server, name, arm, source) or ArmDrawing(self._scene, name, arm, LINK, JOINT)
+        self._ghost = ArmDrawing(self._scene, seed_name, arm, GHOST, GHOST, opacity=0.22)
         self._tip = self._scene.add_frame('/tip', axes_length=AXES * size, axes_radius=0.006 * size, origin_radius=0.0)
+        self.iterate = IterateDrawing(self._scene, arm, lambda method: rgb(self._colours[method]))
         self._add_target(size)
         self._shown = self._goal = seed
         self._place_arm()
@@ -76,6 +81,17 @@ class Scene:
         if q is not None:
             self._goal = q
 
+    def stand_at(self, iterate: Iterate, method: str, positions: np.ndarray) -> None:
+        """Put the arm at an iterate of a descent with these joint positions (k, n), and show what is inside it."""
+        self._body.visible = self._tip.visible = True
+        self._shown = self._goal = iterate.q
+        self._place_arm()
+        self.iterate.show(iterate, method, positions)
+
+    @property
+    def _colours(self) -> dict[str, str]:
+        return COLOURS_ON_DARK if self._dark else COLOURS
+
     def tick(self) -> None:
         """Move the arm on."""
         left = self._goal - self._shown
@@ -84,8 +100,8 @@ class Scene:
             self._place_arm()
 
     def show_paths(self, paths: Mapping[str, np.ndarray]) -> None:
-        """Draw the tip paths (k, 3), by method, and remove others."""
-        colours = COLOURS_ON_DARK if self._dark else COLOURS
+        """Draw the ways of the tip (k, 3), by method, and no others."""
+        colours = self._colours
         ways = {method: spaced(points, STRIDE * self._size) for method, points in paths.items()}
         segments = {method: np.stack([way[:-1], way[1:]], axis=1) for method, way in ways.items() if len(way) > 1}
         self._paths.visible = bool(segments)

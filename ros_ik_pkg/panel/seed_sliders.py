@@ -20,11 +20,12 @@ class SeedSliders:
     def __init__(
         self,
         gui: viser.GuiApi,
+        title: str,
         on: Callable[[Any, Callable[[Any], object]], None],
         moved: Callable[[int, float], object],
     ) -> None:
         self._gui, self._on, self._moved = gui, on, moved
-        self._folder = gui.add_folder('Seed')
+        self._folder = gui.add_folder(title)
         self._sliders: list[viser.GuiSliderHandle[float]] = []
 
     def show_arm(self, arm: Arm) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ros_ik_pkg.compare.palette import BAD, BAD_ON_DARK, COLOURS, COLOURS_ON_DARK, GOOD, GOOD_ON_DARK
 
 DARK = '[data-mantine-color-scheme=dark]'
-ABOVE_PLOTS = 420  # pixels: everything above the two plots, and their margins
+ABOVE_PLOTS = 402  # pixels: all that stands above the two plots, and their margins
 SHORTEST_PLOT = 120  # pixels
 
 
@@ -26,7 +26,7 @@ STYLE = f"""<style>
 .ik .dot {{ display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 7px }}
 .ik .good {{ color: var(--good) }} .ik .bad {{ color: var(--bad) }} .ik .active td:first-child {{ font-weight: 650 }}
 .ik .dot.good {{ background: var(--good) }} .ik .dot.bad {{ background: var(--bad) }}
-.ik.status {{ height: 180px; overflow-y: auto; padding-top: 8px }}
+.ik.status {{ height: 112px; overflow-y: auto; padding-top: 8px }}
 .ik .node {{ font-weight: 600; font-size: 14px }} .ik .words {{ opacity: .85; margin-top: 5px }}
 .ik .note {{ opacity: .65; font-size: 12px; padding-top: 3px; white-space: nowrap }}
 .ik.old {{ opacity: .35 }}
@@ -42,6 +42,19 @@ STYLE = f"""<style>
 .ik .area i {{ position: absolute; font-style: normal; opacity: .75; line-height: 1 }}
 .ik .area .x {{ top: calc(100% + 6px); transform: translateX(-50%) }}
 .ik .area .y {{ right: calc(100% + 6px); transform: translateY(-50%) }}
+.ik .area .cursor {{ stroke: currentColor; stroke-width: 1.2; stroke-dasharray: 4 3; opacity: .8 }}
+.ik .card td {{ text-align: left; white-space: normal; font-size: 12px }} .ik .card td:first-child {{ width: 112px;
+  font-weight: 600; vertical-align: top }} .ik .card code {{ font-size: 11.5px; opacity: .85 }}
+.ik h4 {{ font-size: 12px; font-weight: 600; margin: 8px 0 2px }}
+.ik .gains {{ position: relative; height: 150px; font-size: 11px }} .ik .gains .area {{ top: 4px }}
+.ik .directions td, .ik .directions th {{ font-size: 11px; padding: 1px 3px }}
+.ik .joints {{ display: grid; grid-template-columns: minmax(48px, max-content) 1fr max-content; gap: 1px 8px;
+  font-size: 11px; align-items: center; font-variant-numeric: tabular-nums }}
+.ik .joints .track {{ position: relative; height: 9px; background: rgba(128,128,128,.14) }}
+.ik .joints .bar {{ position: absolute; top: 0; bottom: 0 }} .ik .joints .zero {{ position: absolute; left: 50%; top: 0;
+  bottom: 0; width: 1px; background: rgba(128,128,128,.6) }}
+.ik .lesson {{ font-size: 13px; min-height: 96px; padding: 6px 0 }} .ik.newton svg {{ width: 100%; height: 190px }}
+.ik.newton path {{ fill: none; vector-effect: non-scaling-stroke }}
 .ik sup {{ font-size: 8px; line-height: 0 }}
 .tabler-icon-cloud-check, div:has(+ div + .tabler-icon-cloud-check), div:has(+ .tabler-icon-cloud-check),
 button:has(.tabler-icon-adjustments) {{ display: none !important }}

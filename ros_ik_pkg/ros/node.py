@@ -14,10 +14,10 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from ros_ik_pkg.ik import Arm, IkError, OptionError, warm_up
+from ros_ik_pkg.ik import Arm, Compilation, IkError, OptionError
 from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
 from ros_ik_pkg.ik.text import list_names, shorten
-from ros_ik_pkg.ros.handling.result import REFUSED, SOLVED, Result
+from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.handling.target_queue import TargetQueue
 from ros_ik_pkg.ros.input.joint_states import JointStates
@@ -60,7 +60,7 @@ class IkNode(Node):
         if CACHE_FOLDER is None:
             self.get_logger().warning('compiled code stays in memory, every start compiles: nothing can be written to '
                                       'NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')  # fmt: skip
-        warm_up(report=self.get_logger().info)
+        self._compilation = Compilation(report=self.get_logger().info)
         _complete(self._handler.arm)
         self._outputs = Publishers(self)
         self._comparison = Comparison(self, self._outputs.trace)
@@ -102,7 +102,11 @@ class IkNode(Node):
         target = UNREAD
         try:
             target = read_target(data)
-            return self._handler.handle(target, self._outputs.want_trace(), waited)
+            trace = self._outputs.want_trace()
+            result = self._handler.handle(target, trace and self._compilation.complete, waited)
+            if trace and result is not None and not self._compilation.complete:
+                result.notes += (NOT_TRACED,)
+            return result
         except Exception as error:
             return self._internal_error(target, error)
 
@@ -139,7 +143,8 @@ class IkNode(Node):
     def _report(self, result: Result, settings: Settings, latency: float) -> None:
         self._health.count(result, latency)
         self._outputs.publish_result(result)
-        self._comparison.submit(result, settings.compare, settings.options)
+        if self._compilation.complete:
+            self._comparison.submit(result, settings.compare, settings.options)
         if result.outcome == REFUSED:
             self.get_logger().warning(f'target refused: {result.reason}', throttle_duration_sec=LOG_PERIOD)
         elif result.outcome != SOLVED:
@@ -212,6 +217,7 @@ class IkNode(Node):
         """Say what is left to say, end the threads, then the node."""
         self._targets.close()
         self._report_results()
+        self._compilation.close()
         self._outputs.reports.close()
         self._comparison.worker.close()
         self._frames.close()

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from ros_ik_pkg.ros.handling.result import NOTHING
+from ros_ik_pkg.ros.handling.result import NOT_TRACED, NOTHING
 
 
 @dataclass
@@ -22,7 +22,8 @@ class Reply:
     joints : dict of str to float
         Joint positions by name [rad, m], as published; empty where nothing was.
     iterations : list of dict
-        The figures of every iteration, by name, where the client asked for them.
+        The figures of every iteration, by name, if the client asked for them; none while
+        the node still compiles what records them.
 
     """
 
@@ -55,7 +56,8 @@ class Reply:
         """Whether all came that belongs to the outcome."""
         figures = self.figures
         lacks_joints = self.published != NOTHING and not self.joints
-        lacks_iterations = with_iterations and 'iterations' in figures and not self.iterations
+        traced = 'iterations' in figures and NOT_TRACED not in figures.get('notes', '')
+        lacks_iterations = with_iterations and traced and not self.iterations
         return self.status is not None and not lacks_joints and not lacks_iterations
 
 

@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from numerics import get_arm, pinocchio_tip, random_configurations, reachable_poses
 
-from ros_ik_pkg.ik import METHODS, ArgumentError, SolveOptions, Status, solve, solve_batch, solver, warm_up
+from ros_ik_pkg.ik import METHODS, ArgumentError, SolveOptions, Status, solve, solve_batch, warm_up
 
 CALM = {'deadline': 0.0, 'max_attempts': 20}
 FIGURES = ('status', 'position_error', 'orientation_error', 'iterations', 'attempts', 'joint_distance')
@@ -199,27 +199,3 @@ def test_warming_up_says_nothing_where_nothing_has_to_be_compiled():
     said = []
     assert warm_up(said.append) < 2.0
     assert not said
-
-
-@pytest.mark.parametrize(('files', 'announced'), [([], True), (['solve_one.nbc'], False)])
-def test_only_an_empty_cache_announces_that_the_solver_is_compiled(monkeypatch, tmp_path, files, announced):
-    timers = []
-
-    class Timer:
-        daemon = False
-
-        def __init__(self, delay, report, words):
-            self.words = words
-
-        def start(self):
-            timers.append(self.words)
-
-        def cancel(self):
-            pass
-
-    for name in files:
-        (tmp_path / name).touch()
-    monkeypatch.setattr(solver, 'CACHE_FOLDER', tmp_path)
-    monkeypatch.setattr(solver.threading, 'Timer', Timer)
-    warm_up()
-    assert bool(timers) == announced

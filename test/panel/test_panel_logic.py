@@ -20,7 +20,8 @@ pytestmark = [allow_lark, pytest.mark.once]
 NODE = {
     'robot': 'puma560', 'robot_description': '', 'base_frame': '', 'tip_frame': '', 'method': 'adaptive_dls',
     'max_iterations': 700, 'step_size': 1.0, 'dls.damping': 2.5, 'adaptive_dls.damping': 1e-3,
-    'adaptive_dls.gain': 0.2, 'position_tolerance': 3e-5, 'orientation_tolerance': 1e-3, 'compare': [],
+    'adaptive_dls.gain': 0.2, 'sdls.max_step': 0.7, 'position_tolerance': 3e-5, 'orientation_tolerance': 1e-3,
+    'compare': [],
 }  # fmt: skip
 
 
@@ -295,7 +296,7 @@ def test_after_a_failure_no_arm_and_no_tip_are_left_of_the_target_before(panel):
 
 def test_what_is_typed_right_after_a_preset_counts(panel, monkeypatch):
     calls = {}
-    monkeypatch.setattr(type(panel._controls), '_on', lambda self, handle, call: calls.setdefault(id(handle), call))
+    monkeypatch.setattr(type(panel._controls), 'on', lambda self, handle, call: calls.setdefault(id(handle), call))
     with panel._server.gui.add_folder('again'):
         panel._controls._add_target()
     ticks(panel)

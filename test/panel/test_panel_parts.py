@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from ros_ik_pkg.compare import MethodRun, compare_methods, describe
+from ros_ik_pkg.compare.iterate import make_iterate
 from ros_ik_pkg.compare.iteration_axis import MAX_POINTS, thinned
+from ros_ik_pkg.compare.newton import iterates, value
 from ros_ik_pkg.compare.problem import is_rotary
 from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm, solve
-from ros_ik_pkg.panel.answers import Curve
+from ros_ik_pkg.panel import texts as texts_module
+from ros_ik_pkg.panel.answers import PLOTTED, Curve
 from ros_ik_pkg.panel.chart import plots_html
 from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html
+from ros_ik_pkg.panel.iterate_html import iterate_html
 from ros_ik_pkg.panel.joint_labels import short_names, slider_range
+from ros_ik_pkg.panel.newton_html import newton_html
 from ros_ik_pkg.panel.presets import PRESETS
+from ros_ik_pkg.panel.texts import Texts, all_texts
 
 pytestmark = pytest.mark.once
 
@@ -79,7 +88,16 @@ def test_the_node_s_answer_is_told_in_words():
     solved = {'outcome': 'solved', 'method': 'dls', 'iterations': '8', 'attempts': '1', 'solve_time': '1e-4'}
     assert node_words(solved) == ('solved by dls in 8 iterations, 0.1 ms', True)
     assert node_words({**solved, 'attempts': '3'})[0] == 'solved by dls in 8 iterations and 3 attempts, 0.1 ms'
-    assert node_words({'outcome': 'failed', 'message': 'out of reach'}) == ('failed: out of reach', False)
+    failed = {'outcome': 'failed', 'status': 'unreachable', 'message': 'out of reach'}
+    assert node_words(failed) == ('failed: out of reach', False)
+
+
+def test_in_polish_the_node_s_answer_is_told_by_its_status():
+    polish = Texts('pl')
+    for status in (*(status.label for status in Status), *REFUSALS):
+        words, good = node_words({'outcome': 'failed', 'status': status, 'message': 'in English'}, polish)
+        assert not good and 'in English' not in words
+        assert status == Status.CONVERGED.label or words != f'nierozwiązane: {status}'
 
 
 def test_a_status_that_is_too_long_for_its_column_is_shortened():
@@ -187,10 +205,13 @@ def test_every_method_is_a_line_and_a_dot_in_each_plot():
     problem = PRESETS['Lecture notes'](load_arm('puma560'))
     runs = compare_methods(problem.arm, problem.target, problem.seed, METHODS, OPTIONS)
     curves = {
-        run.method: Curve(*(run.trace.column(name) for name in ('iteration', 'position_error', 'orientation_error')))
+        run.method: Curve(
+            run.method, *(run.trace.column(name) for name in PLOTTED), run.trace.joint_positions
+        )
         for run in runs
     }
     drawn = plots_html(curves)
+    assert 'class="cursor"' not in drawn and plots_html(curves, cursor=3).count('class="cursor"') == 2
     for method in METHODS:
         assert drawn.count(f'stroke:var(--{method})') == 4
     assert len(drawn) < 40_000  # it goes out for every target
@@ -223,3 +244,44 @@ def test_sliders_cover_the_limits_and_end_within_them(robot):
 
 def test_sliders_of_joints_without_limits_go_half_a_turn_to_either_side():
     assert slider_range(-np.inf, np.inf, True) == (-180.0, 180.0)
+
+
+REFUSALS = ('joint_states', 'no_robot', 'frame', 'quaternion', 'not_finite', 'position', 'stale', 'future', 'argument')
+
+
+def test_every_text_of_the_page_is_there_in_both_languages():
+    english, polish = all_texts('en'), all_texts('pl')
+    assert len(english) > 60 and not english & polish
+    keys = re.findall(r"texts\['([^']+)'\]|texts\.fill\(\s*'([^']+)'", sources())
+    for key in {a or b for a, b in keys}:
+        assert Texts('pl')[key] and Texts('en')[key]
+
+
+def sources() -> str:
+    """Return the text of all modules of the panel."""
+    return ''.join(path.read_text() for path in Path(texts_module.__file__).parent.glob('*.py'))
+
+
+def test_newton_s_tangents_double_the_digits():
+    guesses = iterates()
+    root = guesses[-1]
+    assert abs(value(root)) < 1e-12
+    errors = np.abs(np.array(guesses[:-2]) - root)
+    assert np.all(errors[1:] <= 1.0 * errors[:-1] ** 2)
+    assert newton_html(3, Texts()).count('<tr>') == 5  # the head and four guesses
+
+
+def test_the_card_holds_the_numbers_of_the_iterate_and_the_chart_one_row_a_direction():
+    problem = PRESETS['Lecture notes'](load_arm('puma560'))
+    run = compare_methods(problem.arm, problem.target, problem.seed, ['adaptive_dls'], OPTIONS)[0]
+    positions = run.trace.joint_positions
+    for k in (0, len(positions) - 1):
+        iterate = make_iterate(problem.arm, problem.target, 'adaptive_dls', OPTIONS, positions, k)
+        last = k == len(positions) - 1
+        html = iterate_html(iterate, 'adaptive_dls', OPTIONS, problem.arm.joint_names, [True] * 6, last, Texts())
+        figures = dict(re.findall(r'data-figure="(\w+)">([^<]+)<', html))
+        for name in ('position_error', 'orientation_error', 'step_norm'):
+            expected = run.trace.column(name)[k]
+            assert float(figures[name]) == pytest.approx(expected, rel=2e-3, abs=1e-7)
+        assert html.count('data-direction=') == 6 and html.count('data-joint=') == 6
+    assert 'within tolerance: stop' in html

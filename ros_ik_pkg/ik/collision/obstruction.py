@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_ik_pkg.ik.collision.scene import cut_placed, first_contact, scene_memory, unpack_scene
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import packed_size
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 
 MOST_TOUCHING = 8  # configurations that are kept, for an exact look and for the report of a failure
 

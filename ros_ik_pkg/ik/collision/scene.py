@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ros_ik_pkg.ik.collision.convex_distance import SCRATCH, hull_distance
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 
 HEADER = 7  # numbers before the parts of a packed scene
 JOINT = 17  # numbers of a joint: parent body, prismatic, variable, multiplier, offset, placement (12)

@@ -33,7 +33,7 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
     while True:
         position_error, orientation_error, norm, p = look(geometry, task, work)
         assign(work.went, work.q)
-        if len(recorder.rows) > 0:
+        if recorder is not None and len(recorder.rows) > 0:
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         idle = idle + 1 if not norm < (1.0 - NO_NEARER) * nearest else 0
         reached = within_tolerances(position_error, orientation_error, tuning)
@@ -50,7 +50,7 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
             look(geometry, task, work)
         if not step_towards(geometry, task, tuning, damping, work):
             break
-        if len(recorder.rows) > 0:
+        if recorder is not None and len(recorder.rows) > 0:
             for i in range(len(work.q)):
                 work.dq[i] = work.q[i] - work.went[i]  # as the rows have it, back and forth
             record_step(recorder, damping, work.dq)

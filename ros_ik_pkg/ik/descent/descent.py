@@ -46,15 +46,16 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
     k = first
     while True:
         position_error, orientation_error, norm, R, p = look_at_error(geometry, task, work)
-        arrived, recording = within_tolerances(position_error, orientation_error, tuning), len(recorder.rows) > 0
+        arrived = within_tolerances(position_error, orientation_error, tuning)
+        recording = recorder is not None and len(recorder.rows) > 0
         refine = arrived and k == 0 and last > 0 and norm > ROUNDING
         if recording or refine or not arrived:
             look_around(geometry, task, R, p, work)
-        if recording and (k > first or k == 0):
+        if recorder is not None and recording and (k > first or k == 0):
             record(recorder, geometry, attempt, k, position_error, orientation_error, norm, p, work)
         if refining and k == 1 and not (arrived and norm < nearest):
             take_back(work)
-            if recording:
+            if recorder is not None and recording:
                 record_step(recorder, 0.0, work.dq)
             k += 1
             continue
@@ -88,7 +89,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
         if largest > FREE_STEP and cap > FREE_STEP:
             return DIVERGED, k, position_error, orientation_error, norm, nearest
         update(geometry, tuning, cap, work)
-        if recording:
+        if recorder is not None and recording:
             record_step(recorder, damping, work.dq)
         k += 1
 

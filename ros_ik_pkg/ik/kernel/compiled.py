@@ -19,38 +19,52 @@ from typing import Any, TypeVar
 
 import llvmlite
 import numba
-from numba.core import caching
+
+from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 
 PACKAGE = 'ros_ik_pkg.ik'
+DECORATED = re.compile(r'^@(compiled|kernel|inlined|door)\b', re.MULTILINE)
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 
 def cache_folder() -> Path | None:
-    """Return the folder for compiled code, None if nothing can be written: then it lives in memory only.
+    """Return the folder for compiled code, None if there is none: then it lives in memory only.
 
     It is below $NUMBA_CACHE_DIR, else $XDG_CACHE_HOME, else ~/.cache, and is named after what the code depends on, so
-    that a clone, a workspace and an installed package share one.
+    that a clone, a workspace and an installed package share one. One that cannot be written to is read.
     """
     root = os.environ.get('NUMBA_CACHE_DIR') or os.environ.get('XDG_CACHE_HOME') or '~/.cache'
     try:
         folder = Path(root).expanduser() / 'ros_ik_pkg' / digest_of_sources(sources_of_compiled_code())
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder) as probe:
-            probe.write(bytes(4096))
     except (OSError, RuntimeError):
         return None
-    return folder
+    return folder if is_writable(folder) or any(folder.glob('*.nbi')) else None
+
+
+def is_writable(folder: Path) -> bool:
+    """Return whether a file can be written to a folder; permissions alone do not say so of a full disk."""
+    try:
+        with tempfile.TemporaryFile(dir=folder) as probe:
+            probe.write(bytes(4096))
+    except OSError:
+        return False
+    return True
 
 
 def sources_of_compiled_code() -> list[Path]:
     """Return the files of `ros_ik_pkg.ik` that hold compiled functions, and those whose constants they import."""
     top = Path(__file__).parents[1]
     imported = {path: _imported_files(path, top) for path in top.rglob('*.py')}
-    decorated = re.compile(r'^@(compiled|kernel|inlined|door)\b', re.MULTILINE)
-    found = {path for path in imported if decorated.search(path.read_text())}
+    found = {path for path in imported if DECORATED.search(path.read_text())}
     while more := {file for path in found for file in imported[path]} - found:
         found |= more
     return sorted(found)
+
+
+def count_functions() -> int:
+    """Return about how many functions the solver has to compile: the decorated ones."""
+    return sum(len(DECORATED.findall(path.read_text())) for path in sources_of_compiled_code())
 
 
 def _imported_files(path: Path, top: Path) -> set[Path]:
@@ -61,7 +75,7 @@ def _imported_files(path: Path, top: Path) -> set[Path]:
 
 def digest_of_sources(paths: Iterable[Path]) -> str:
     """Return a name for what these files compile to: comments, docstrings and places do not count, releases do."""
-    digest = hashlib.sha256(f'{numba.__version__} {llvmlite.__version__}'.encode())
+    digest = hashlib.sha256(f'{numba.__version__} {llvmlite.__version__} {bool(WHY_PLAIN)}'.encode())
     for path in paths:
         tree = ast.parse(path.read_bytes())
         for node in ast.walk(tree):
@@ -73,73 +87,61 @@ def digest_of_sources(paths: Iterable[Path]) -> str:
 
 CACHE_FOLDER = cache_folder()
 NOT_SAVED: list[str] = []  # why compiled code could not be saved
+translated: list[str] = []  # names of the parts that were compiled so far
 
 
-class _Locator(caching._CacheLocator):
-    """Places compiled functions in CACHE_FOLDER, whose name says what they were compiled from.
-
-    Numba's own locators look at the path and the time of the one file that holds a function.
-    """
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._module = function.__module__
-
-    def get_cache_path(self) -> str:
-        return str(CACHE_FOLDER)
-
-    def get_source_stamp(self) -> str:
-        return ''
-
-    def get_disambiguator(self) -> str:
-        return self._module
-
-    @classmethod
-    def from_function(cls, function: Callable[..., Any], _file: str) -> _Locator:
-        return cls(function)
-
-
-class _CacheParts(caching.CompileResultCacheImpl):
-    _locator_classes = [_Locator]  # noqa: RUF012
-
-
-class _Cache(caching.FunctionCache):
-    _impl_class = _CacheParts
-
-    def save_overload(self, *arguments: Any) -> None:
-        """Let code that cannot be saved live in memory; Numba itself would end the program, after all the work."""
-        try:
-            super().save_overload(*arguments)
-        except OSError as error:
-            NOT_SAVED.append(str(error))
-
-
-def _decorator(forceinline: bool = False, **options: Any) -> Callable[[Function], Function]:
+def _njit(function: Callable[..., Any], **options: Any) -> Any:
     """Return njit with the options that all compiled functions share."""
-
-    def decorate(function: Function) -> Function:
-        dispatcher: Any = numba.njit(
-            error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
-            nogil=True,  # batches run on threads
-            fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
-            forceinline=forceinline,  # said in any case: else Numba takes it from the caller
-            **options,
-        )(function)
-        if CACHE_FOLDER is not None:
-            dispatcher._cache = _Cache(function)
-        return dispatcher
-
-    return decorate
+    return numba.njit(
+        error_model='numpy',  # x / 0 is inf or NaN, which the loop detects, not a branch and a raise
+        nogil=True,  # batches run on threads
+        fastmath={'contract'},  # a * b + c may become one instruction; nothing is reordered
+        **options,
+    )(function)
 
 
-# What callers enter by: may allocate.
-compiled = _decorator()
+def compiled(function: Function, **options: Any) -> Function:
+    """Decorate what Python enters by: it may allocate."""
+    dispatcher: Any = _njit(function, **{'forceinline': False, **options})  # said in any case: else taken from callers
+    if CACHE_FOLDER is not None:
+        _enable_cache(dispatcher, CACHE_FOLDER)
+    return dispatcher
 
-# Inside the loop: no reference counts (atomic instructions, dearer than the arithmetic) and so no allocation
-# either, which Numba then refuses to compile.
-kernel = _decorator(_nrt=False)
 
-# Small kernels that return tuples: inlined, so that the numbers stay in registers.
-inlined = _decorator(forceinline=True, _nrt=False)
+def _enable_cache(dispatcher: Any, folder: Path) -> None:
+    """Let a function be kept in a folder, if this Numba keeps functions as others do."""
+    try:
+        from ros_ik_pkg.ik.kernel.disk_cache import cache_in
+
+        dispatcher._cache = cache_in(folder, NOT_SAVED)(dispatcher.py_func)
+    except (ImportError, AttributeError, TypeError) as error:
+        NOT_SAVED.append(f'Numba {numba.__version__} keeps it in another way ({error})')
+
+
+def _part(function: Function, forceinline: bool) -> Function:
+    """Decorate what compiled functions call. Python can call it too, and then compiles it for itself.
+
+    It has no reference counts (atomic instructions, dearer than the arithmetic) and so cannot allocate either, which
+    Numba then refuses to compile.
+    """
+    if WHY_PLAIN:
+        return compiled(function, forceinline=forceinline)
+    from ros_ik_pkg.ik.kernel.parts import PartCompiler, make_part
+
+    options = {'forceinline': forceinline, '_nrt': False}
+    dispatcher: Any = _njit(function, pipeline_class=PartCompiler, **options)
+    make_part(dispatcher, compiled(function, **options), translated)
+    return dispatcher
+
+
+def kernel(function: Function) -> Function:
+    """Decorate what is called inside the loop."""
+    return _part(function, forceinline=False)
+
+
+def inlined(function: Function) -> Function:
+    """Decorate a small kernel that returns tuples: inlined, so that the numbers stay in registers."""
+    return _part(function, forceinline=True)
 
 
 def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
@@ -149,17 +151,54 @@ def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
     """
 
     def decorate(function: Function) -> Function:
-        dispatcher: Any = compiled(function)
-        once = threading.Lock()
-
-        def compile_once(*_: Any) -> Any:
-            with once:
-                if not dispatcher.signatures:
-                    dispatcher.compile(result(*arguments))
-                    dispatcher.disable_compile()
-            return dispatcher
-
-        dispatcher._compile_for_args = compile_once  # Numba asks it what to call where it has nothing for the arguments
-        return dispatcher
+        make: Any = _PlainDoor if WHY_PLAIN else _door
+        return make(compiled(function), result(*arguments))
 
     return decorate
+
+
+def _door(dispatcher: Any, types: Any) -> Any:
+    """Let a dispatcher compile for these types, when it is called first, and no others."""
+    once = threading.Lock()
+
+    def compile_once(*_: Any) -> Any:
+        with once:
+            if not dispatcher.signatures:
+                dispatcher.compile(types)
+                dispatcher.disable_compile()
+        return dispatcher
+
+    dispatcher._compile_for_args = compile_once  # Numba asks it what to call where it has nothing for the arguments
+    dispatcher.prepare, dispatcher.types = compile_once, types
+    return dispatcher
+
+
+class _PlainDoor:
+    """Does the same with what Numba documents."""
+
+    def __init__(self, dispatcher: Any, types: Any) -> None:
+        self._dispatcher, self.types = dispatcher, types
+        self._once = threading.Lock()
+
+    def __call__(self, *arguments: Any) -> Any:
+        self.prepare()
+        return self._dispatcher(*arguments)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._dispatcher, name)
+
+    def prepare(self) -> None:
+        with self._once:
+            if not self._dispatcher.signatures:
+                self._dispatcher.compile(self.types)
+                self._dispatcher.disable_compile()
+
+
+def prepare(function: Any) -> None:
+    """Compile a door, or take its code from the cache, before it is called."""
+    function.prepare()
+
+
+def is_cached(function: Any) -> bool:
+    """Return whether the cache has the code of a door for this machine."""
+    return CACHE_FOLDER is not None and function._cache.load_overload(function.types, function.targetctx) is not None

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import inlined
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kernel.sincos import BLOCK
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
 
@@ -213,6 +213,7 @@ def buffer_size(model):
 def make_records(model, buffer, scores, integers, rows):
     """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
 
+    Where `rows` is None the Recorder is too: then nothing that needs one is compiled (see entry.solve_usual).
     To be called by kernels only, as unpack_model.
     """
     n = int(model[0])
@@ -228,4 +229,8 @@ def make_records(model, buffer, scores, integers, rows):
         vectors[0], vectors[1], vectors[2], vectors[3], vectors[6], vectors[4], vectors[5], by_column[1],
         scores, shaped(integers, 0, (2,)),
     )  # fmt: skip
-    return work, Recorder(rows, shaped(integers, 2, (1,)), squares[2], by_row[1], sixes[4]), shaped(buffer, d, (1, n))
+    if rows is None:  # noqa: SIM108 Numba drops the other branch of an `if` alone
+        recorder = None
+    else:
+        recorder = Recorder(rows, shaped(integers, 2, (1,)), squares[2], by_row[1], sixes[4])
+    return work, recorder, shaped(buffer, d, (1, n))

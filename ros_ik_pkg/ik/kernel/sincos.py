@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.kernel.llvm_hints import on_its_own
+from ros_ik_pkg.ik.kernel.numba_insides import on_its_own
 
 LARGE = 1e5
 BLOCK = 8  # angles

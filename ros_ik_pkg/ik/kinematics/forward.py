@@ -11,8 +11,8 @@ import numpy as np
 
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import joints_size, make_joints, unpack_model
+from ros_ik_pkg.ik.kernel.numba_insides import lanes, plus_times, split, times
 from ros_ik_pkg.ik.kernel.sincos import sincos_all
-from ros_ik_pkg.ik.kernel.vector3 import lanes, plus_times, split, times
 
 
 @inlined

@@ -9,10 +9,10 @@ from numba import types
 
 from ros_ik_pkg.ik.collision.obstruction import make_obstruction, obstruction_size
 from ros_ik_pkg.ik.descent.descent import CONVERGED
+from ros_ik_pkg.ik.descent.objectives import NONE
 from ros_ik_pkg.ik.descent.recorder import singular_figures
-from ros_ik_pkg.ik.kernel.array_views import on_stack, shaped
 from ros_ik_pkg.ik.kernel.clock import now
-from ros_ik_pkg.ik.kernel.compiled import compiled, door, inlined, kernel
+from ros_ik_pkg.ik.kernel.compiled import door, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import (
     TUNABLES,
     Preferences,
@@ -23,7 +23,7 @@ from ros_ik_pkg.ik.kernel.data_layout import (
     unpack_model,
 )
 from ros_ik_pkg.ik.kernel.linalg import assign, fill
-from ros_ik_pkg.ik.kernel.llvm_hints import small_loops
+from ros_ik_pkg.ik.kernel.numba_insides import on_stack, shaped, small_loops
 from ros_ik_pkg.ik.kinematics.task import look, make_task
 from ros_ik_pkg.ik.search.search import search
 from ros_ik_pkg.ik.solution import FIGURES
@@ -31,6 +31,7 @@ from ros_ik_pkg.ik.step.limits import bring_inside, limits_mask
 
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
 # of numbers for each joint are for another arm
+NOT_COMPILED = -2.0  # status of a row that needs what solve_usual leaves out
 LISTS = TUNABLES + 12  # where the lists of SolveOptions begin: how many joint weights, they themselves, the posture
 ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as a rotation
 
@@ -42,18 +43,36 @@ ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as
 WIDTH = len(FIGURES)
 
 
-@door(
-    types.bool_,
+ONE_TARGET = (
     [types.Array(types.float64, 1, 'C')] * 2  # an arm's and SolveOptions' numbers
     + [types.Array(types.float64, d, 'A', readonly=True) for d in (2, 1)]  # any strides: nobody needs to look at them
-    + [types.Array(types.float64, 1, 'C')],
+    + [types.Array(types.float64, 1, 'C')]
 )
+
+
+@door(types.bool_, ONE_TARGET)
+def solve_usual(model, numbers, target, seed, row):
+    """Do what `solve_one` does for most targets, compiled in two thirds of its time; used until that is there.
+
+    The status is NOT_COMPILED if an objective for the null space is asked for; the smallest singular value of a failure
+    is NaN.
+    """
+    return _solve_one(model, numbers, target, seed, row, None)
+
+
+@door(types.bool_, ONE_TARGET)
 def solve_one(model, numbers, target, seed, row):
     """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row, and return
-    whether they are any good: False where an argument is none, by its shape too.
+    whether they are any good: False if an argument is none, by its shape too (NOT_AN_ARGUMENT).
 
     What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.06 us.
     """
+    return _solve_one(model, numbers, target, seed, row, shaped(row, 0, (0, 0)))
+
+
+@inlined
+def _solve_one(model, numbers, target, seed, row, rows):
+    """Do what solve_one says; `rows` is for no trace, or None for what solve_usual leaves out."""
     n = len(row) - WIDTH
     if target.shape != (4, 4) or len(seed) != n:
         return False
@@ -66,11 +85,11 @@ def solve_one(model, numbers, target, seed, row):
         start[i] = seed[i]
     out, nothing = shaped(row, 0, (1, len(row))), shaped(row, 0, (0, 0))
     rest = shaped(memory, 16 + n, (len(memory) - 16 - n,))
-    solve_rows(model, numbers, goal, start, start, out, nothing, nothing, nothing, rest)
-    return row[n + STATUS] != NOT_AN_ARGUMENT
+    solve_rows(model, numbers, goal, start, start, out, nothing, nothing, rows, rest)
+    return row[n + STATUS] >= 0.0
 
 
-@compiled
+@door(types.int64, [types.Array(types.float64, d, 'C') for d in (1, 1, 2, 1, 1, 2, 2, 2, 2)])
 def solve_range(model, numbers, targets, seeds, references, out, answers, touching, rows):
     """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
 
@@ -121,6 +140,9 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
         row[STATUS] = NOT_AN_ARGUMENT
         if not (fits and is_pose(T) and finite(seed) and finite(reference)):
             continue
+        if rows is None and int(tuning.null_space) != NONE:
+            row[STATUS] = NOT_COMPILED
+            continue
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
         fill(ranks, math.inf)
@@ -136,7 +158,7 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
         row[POSITION_ERROR], row[ORIENTATION_ERROR] = position_error, orientation_error
         row[JOINT_DISTANCE] = largest_gap(q, reference)
         row[LIMITS_MASK] = limits_mask(geometry, q)
-        if status != CONVERGED:
+        if rows is not None and status != CONVERGED:
             row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began
     return integers[2]

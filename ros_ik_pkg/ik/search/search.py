@@ -200,11 +200,12 @@ def finish(geometry, task, tuning, preferences, plan, attempt, taken, work, reco
     """Bring a solution in work.q to the nearest whole turns, and by self-motion to where null_space wants it; return
     the steps taken, and whether it moved."""
     moved = unwrap(geometry, work.q, preferences.reference)
-    if int(tuning.null_space) == NONE:
-        return 0, moved
-    steps = settle(geometry, task, tuning, preferences, plan.stop_time, attempt, taken, work, recorder)
-    unwrap(geometry, work.q, preferences.reference)
-    return steps, True
+    steps = 0
+    if recorder is not None and int(tuning.null_space) != NONE:
+        steps = settle(geometry, task, tuning, preferences, plan.stop_time, attempt, taken, work, recorder)
+        unwrap(geometry, work.q, preferences.reference)
+        moved = True
+    return steps, moved
 
 
 @inlined

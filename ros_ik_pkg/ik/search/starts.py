@@ -13,7 +13,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 from ros_ik_pkg.ik.kernel.data_layout import joints_size, make_joints, unpack_model
-from ros_ik_pkg.ik.kernel.llvm_hints import on_its_own
+from ros_ik_pkg.ik.kernel.numba_insides import on_its_own
 from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.kinematics.pose_error import quaternion
 

@@ -13,6 +13,7 @@ from ros_ik_pkg.ros.input.target import Target
 
 SOLVED, FAILED, REFUSED = 'solved', 'failed', 'refused'
 INTERNAL_ERROR = 'internal_error'
+NOT_TRACED = 'no iterations, they are still being compiled'  # a note
 SOLUTION, STEP, CLOSEST, NOTHING = 'solution', 'step', 'closest', 'nothing'  # what is published on ~/solution
 
 

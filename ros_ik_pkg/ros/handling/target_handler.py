@@ -10,7 +10,7 @@ from rclpy.clock import ROSClock
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
-from ros_ik_pkg.ik import ArgumentError, Arm, Solution, Status, solve
+from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, Solution, Status, solve
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.commands import Commands
 from ros_ik_pkg.ros.handling.final_check import contact_of, describe, fault_of
@@ -67,6 +67,8 @@ class TargetHandler:
             return self._without_solution(target, REFUSED, error.status, str(error))
         except ArgumentError as error:
             return self._without_solution(target, REFUSED, 'argument', str(error))
+        except NotCompiledError as error:
+            return self._without_solution(target, REFUSED, 'compiling', str(error))
 
     def given_up(self, target: Target, status: str, why: str) -> Result:
         """Return the refusal of a target that waits for its transform, which something else has ended."""

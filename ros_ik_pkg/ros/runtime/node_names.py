@@ -25,4 +25,9 @@ def full_name(name: str, node: Node) -> str:
 
 def name_in_statuses(node: Node) -> str:
     """Return the name of a node for its statuses: with the namespace if it has one, to tell two arms apart."""
-    return node.get_name() if node.get_namespace() == '/' else node.get_fully_qualified_name()
+    return short_name(node.get_fully_qualified_name())
+
+
+def short_name(name: str) -> str:
+    """Return the full name of a node as its statuses have it: without the slash if it has no namespace."""
+    return name.removeprefix('/') if name.count('/') == 1 else name

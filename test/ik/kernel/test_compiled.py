@@ -72,7 +72,8 @@ AFTER_WARM_UP = """
 import numpy as np
 from numba.core.event import install_recorder
 from ros_ik_pkg.ik import SolveOptions, load_arm, solve, solve_batch, warm_up
-from ros_ik_pkg.ik.solver import passes, pose_matrix
+from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
+from ros_ik_pkg.ik.search.final_check import passes
 warm_up()
 with install_recorder('numba:compile') as compilations:
     for name in ('puma560', 'panda'):

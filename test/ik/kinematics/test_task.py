@@ -8,7 +8,7 @@ import pytest
 from chains import joint_xml, urdf
 from hypothesis import given
 from hypothesis import strategies as st
-from numerics import get_arm, pinocchio_tip, random_configurations, reachable_poses
+from numerics import get_arm, law, pinocchio_tip, random_configurations, reachable_poses
 
 from ros_ik_pkg.ik import METHODS, SolveOptions, load_arm, solve
 from ros_ik_pkg.ik.kinematics.task import log_curvature
@@ -126,6 +126,7 @@ def test_a_step_follows_the_derivative_of_the_error(frame, weights):
     assert compared > 10
 
 
+@law
 @given(angle=st.floats(0.0, np.pi))
 def test_the_derivative_of_the_logarithm_is_that_of_pinocchio(angle):
     phi = angle * np.array([0.48, -0.6, 0.64])

@@ -11,6 +11,7 @@ from rclpy.clock import ROSClock
 from ros_helpers import CALM, joint_state, target_of
 
 from ros_ik_pkg.ik import load_arm
+from ros_ik_pkg.ik.solver import use_usual
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS, Settings
@@ -177,3 +178,15 @@ def test_limited_steps_from_home_start_at_the_joint_state_where_it_is_known():
         state.header.stamp.sec = second  # or the joints could not have moved so far
         handler.joint_states.keep(state)
         assert_one_step(command(handler, UR5.forward(START + 0.1)), start)
+
+
+def test_a_target_that_needs_what_is_not_compiled_yet_is_refused_with_that_reason():
+    handler = handler_with(null_space='posture', seed_source='home')
+    use_usual(True)
+    try:
+        result = handler.handle(target_of(UR5.forward(START)), trace=False)
+    finally:
+        use_usual(False)
+    assert (result.outcome, result.status) == ('refused', 'compiling')
+    assert 'still being compiled' in result.reason
+    assert handler.handle(target_of(UR5.forward(START)), trace=False).outcome == 'solved'

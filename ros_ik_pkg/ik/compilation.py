@@ -1,0 +1,192 @@
+"""Compile the solver before it is needed: what most targets need first, the rest beside them.
+
+As a program (`scripts/compile`) it fills the cache: when the package is installed, or for a node that answers already.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+from ros_ik_pkg.ik.arm import load_arm
+from ros_ik_pkg.ik.kernel.compiled import (
+    CACHE_FOLDER,
+    NOT_SAVED,
+    count_functions,
+    is_cached,
+    is_writable,
+    prepare,
+    translated,
+)
+from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
+from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
+from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
+from ros_ik_pkg.ik.search.final_check import passes
+from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, use_usual
+from ros_ik_pkg.ik.world import World
+
+NOTICE_AFTER = 2.0  # s
+MOVE_EVERY = 0.2  # s
+IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # position [m] and quaternion x y z w
+LOW_PRIORITY = 10  # nice: a tenth of the time that others get of a processor
+HELPER = f'import sys; from {__name__} import main; sys.exit(main(["--quiet", "--low-priority"]))'
+Report = Callable[[str], object]
+CYLINDER = '<collision><geometry><cylinder radius="0.1" length="0.1"/></geometry></collision>'
+TWO_CYLINDERS = (
+    f'<robot name="warm_up"><link name="a">{CYLINDER}</link><link name="b">{CYLINDER}</link>'
+    '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><origin xyz="1 0 0"/></joint></robot>'
+)
+
+
+def warm_up(report: Report = print) -> float:
+    """Compile everything, or load it from the cache; return the seconds that it took.
+
+    `report` is called with a sentence if it takes long, as it does once on every machine, and if the compiled code
+    cannot be kept.
+    """
+    began = time.monotonic()
+    with _Notice(report, 'half a minute'):
+        compile_small()
+        prepare(solve_one)
+        prepare(solve_range)
+    _report_oddities(report)
+    return time.monotonic() - began
+
+
+class Compilation:
+    """The compilation of the solver while a node answers: the usual solve at once, the rest at low priority."""
+
+    def __init__(self, report: Report) -> None:
+        """Compile what most targets need, and begin with the rest; return soon if all is in the cache."""
+        self._report = report
+        self._helper: subprocess.Popen[bytes] | None = None
+        self._thread: threading.Thread | None = None
+        self._closed = False
+        self.complete = all_cached()
+        if self.complete:
+            warm_up(report)
+            return
+        use_usual(True)
+        if CACHE_FOLDER is not None and is_writable(CACHE_FOLDER):
+            # In a session of its own: Ctrl-C is for the node, which ends its helper.
+            self._helper = subprocess.Popen([sys.executable, '-c', HELPER], start_new_session=True)
+        try:
+            with _Notice(report, '10 s before the first targets are answered, as long again for all'):
+                prepare(solve_usual)
+                compile_small()
+        except BaseException:
+            self.close()
+            raise
+        _report_oddities(report)
+        self._thread = threading.Thread(target=self._finish, name='compilation')
+        self._thread.start()
+
+    def close(self) -> None:
+        """Give up what is not compiled yet."""
+        self._closed = True
+        if self._helper is not None:
+            self._helper.terminate()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _finish(self) -> None:
+        """Wait for the helper, take what it compiled from the cache, and answer with that from now on."""
+        began = time.monotonic()
+        if self._helper is not None:
+            self._helper.wait()
+        if self._closed:
+            return
+        try:
+            prepare(solve_one)
+            prepare(solve_range)
+        except Exception as error:
+            self._report(f'not all of the solver could be compiled, {error}; targets that need it are refused')
+            return
+        use_usual(False)
+        self.complete = True
+        self._report(f'all of the solver is compiled, {time.monotonic() - began:.0f} s after the usual solve')
+
+
+def all_cached() -> bool:
+    """Return whether the cache holds both searches."""
+    return is_cached(solve_one) and is_cached(solve_range)
+
+
+def compile_small() -> None:
+    """Compile, or load, what is not the search itself."""
+    arm = load_arm('planar3r')
+    arm.forward(arm.home)
+    arm.jacobian(arm.home)
+    passes(arm.packed, DEFAULT_OPTIONS.numbers, pose_matrix(*IDENTITY), arm.home)
+    shaped = load_arm(TWO_CYLINDERS)
+    shaped.contacts.room(World(floor=-9.0)).least_clearance(shaped.home)
+
+
+class _Notice:
+    """Says that a compilation takes long, and on a terminal how far it is, in one line that moves."""
+
+    def __init__(self, report: Report, duration: str) -> None:
+        kept = 'once, kept for later starts' if CACHE_FOLDER else 'at every start: nothing can be written to keep it'
+        text = f'compiling the solver for this machine, {duration}: {kept}'
+        self._report, self._text = report, text
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    def __enter__(self) -> None:
+        if all_cached():  # a start can take long even so
+            self._done.set()
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._done.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        """Report after a while, then move the line until it is done."""
+        if self._done.wait(NOTICE_AFTER):
+            return
+        self._report(self._text)
+        if not sys.stderr.isatty():
+            return
+        total = count_functions()
+        while not self._done.wait(MOVE_EVERY):
+            count = min(len(translated), total)
+            print(f'\r  {count} of {total} functions compiled', end='', file=sys.stderr, flush=True)
+        print('\r\033[K', end='', file=sys.stderr, flush=True)
+
+
+def _report_oddities(report: Report) -> None:
+    if WHY_PLAIN:
+        report(f'{WHY_PLAIN}: plain Numba is used, which is slower')
+    if NOT_SAVED:
+        report(f'compiled code stays in memory, the next start compiles again: {NOT_SAVED[0]}')
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Fill the cache; 0 if all of it could be kept."""
+    parser = argparse.ArgumentParser(prog='compile', description='Compile the solver and keep it for later starts.')
+    parser.add_argument('--quiet', action='store_true', help='print nothing')
+    parser.add_argument('--low-priority', action='store_true', help='only while nothing else needs a processor')
+    given = parser.parse_args(arguments)
+    say: Report = (lambda text: None) if given.quiet else print
+    if given.low_priority:
+        os.nice(LOW_PRIORITY)
+    if CACHE_FOLDER is None:
+        say('nothing can be written to NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')
+        return 1
+    with (CACHE_FOLDER / 'lock').open('w') as lock:  # of two at once the second finds what the first compiled
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        seconds = warm_up(say)
+        prepare(solve_usual)
+    say(f'compiled in {seconds:.0f} s, kept in {CACHE_FOLDER}')
+    return 1 if NOT_SAVED else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

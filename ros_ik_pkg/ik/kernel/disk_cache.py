@@ -1,0 +1,47 @@
+"""Numba's cache of compiled functions, in one folder whose name says what the code was compiled from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from numba.core import caching
+
+
+def cache_in(folder: Path, not_saved: list[str]) -> Callable[[Callable[..., Any]], Any]:
+    """Return what makes the cache of a function; errors of saving are appended to `not_saved`."""
+
+    class Locator(caching._CacheLocator):
+        """Numba's own locators look at the path and the time of the one file that holds a function."""
+
+        def __init__(self, function: Callable[..., Any]) -> None:
+            self._module = function.__module__
+
+        def get_cache_path(self) -> str:
+            return str(folder)
+
+        def get_source_stamp(self) -> str:
+            return ''
+
+        def get_disambiguator(self) -> str:
+            return self._module
+
+        @classmethod
+        def from_function(cls, function: Callable[..., Any], _file: str) -> Locator:
+            return cls(function)
+
+    class Parts(caching.CompileResultCacheImpl):
+        _locator_classes = [Locator]  # noqa: RUF012
+
+    class Cache(caching.FunctionCache):
+        _impl_class = Parts
+
+        def save_overload(self, *arguments: Any) -> None:
+            """Let code that cannot be saved live in memory; Numba itself would end the program, after all the work."""
+            try:
+                super().save_overload(*arguments)
+            except OSError as error:
+                not_saved.append(str(error))
+
+    return Cache

@@ -1,0 +1,81 @@
+"""What the solver uses of Numba's insides, or plain Numba where a version of it does not have that.
+
+The versions from TESTED[0] to TESTED[1] have it. Of another one it is tried out when the package is imported, which
+takes a third of a second. ROS_IK_PLAIN_NUMBA=1 takes plain Numba in any case: the same answers, later.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import numba
+import numpy as np
+
+TESTED = (0, 60), (0, 68)
+
+
+def _why_plain() -> str:
+    """Say why plain Numba is used; empty if it is not."""
+    if os.environ.get('ROS_IK_PLAIN_NUMBA', '0') not in ('', '0'):
+        return 'ROS_IK_PLAIN_NUMBA is set'
+    try:
+        if not TESTED[0] <= numba.version_info[:2] <= TESTED[1]:
+            _try_out()
+    except Exception as error:  # whatever another version does
+        reason = (str(error).strip() or type(error).__name__).splitlines()[0]
+        return f'Numba {numba.__version__} lacks what the solver uses of its insides ({reason})'
+    return ''
+
+
+def _try_out() -> None:
+    """Raise an error if a function that uses all of it does not compile or returns something else."""
+    from ros_ik_pkg.ik.kernel.array_views import on_stack, shaped
+    from ros_ik_pkg.ik.kernel.disk_cache import cache_in
+    from ros_ik_pkg.ik.kernel.llvm_hints import on_its_own, small_loops
+    from ros_ik_pkg.ik.kernel.parts import PartCompiler, make_part
+    from ros_ik_pkg.ik.kernel.vector3 import lanes, plus_times, split, times
+
+    cache_in(Path(tempfile.gettempdir()), [])(cache_in)  # makes no files
+
+    def part(array):
+        on_its_own()
+        small_loops()
+        corner = shaped(array, 1, (2, 2))[1, 1]
+        return split(plus_times(lanes(1.0, 2.0, 3.0), times(lanes(1.0, 1.0, 1.0), corner), 2.0))
+
+    inner = numba.njit(part, pipeline_class=PartCompiler, _nrt=False)
+    make_part(inner, numba.njit(part), [])
+
+    @numba.njit
+    def outer():
+        array = on_stack(5)
+        for i in range(5):
+            array[i] = i
+        return inner(array)
+
+    for result in (outer(), inner(np.arange(5.0))):
+        if result != (9.0, 10.0, 11.0):
+            raise ValueError(f'it computes {result}; expected 9, 10 and 11')
+
+
+WHY_PLAIN = _why_plain()
+
+if WHY_PLAIN:
+    from ros_ik_pkg.ik.kernel.plain import (
+        lanes,
+        on_its_own,
+        on_stack,
+        plus_times,
+        shaped,
+        small_loops,
+        split,
+        times,
+    )
+else:
+    from ros_ik_pkg.ik.kernel.array_views import on_stack, shaped
+    from ros_ik_pkg.ik.kernel.llvm_hints import on_its_own, small_loops
+    from ros_ik_pkg.ik.kernel.vector3 import lanes, plus_times, split, times
+
+__all__ = ['lanes', 'on_its_own', 'on_stack', 'plus_times', 'shaped', 'small_loops', 'split', 'times']

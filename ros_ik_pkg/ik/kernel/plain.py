@@ -1,0 +1,57 @@
+"""What array_views.py, vector3.py and llvm_hints.py do, in plain Numba: slower, and for every version of it."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+plain = numba.njit(error_model='numpy', nogil=True, fastmath={'contract'}, forceinline=True)
+
+
+@plain
+def shaped(array, start, shape):
+    """Return a view of a contiguous array's numbers from the one at `start` on, in the given shape."""
+    size = 1
+    for length in shape:
+        size *= length
+    return array.reshape(array.size)[start : start + size].reshape(shape)
+
+
+@plain
+def on_stack(count):
+    """Return uninitialised room for so many float64."""
+    return np.empty(count)
+
+
+@plain
+def lanes(x, y, z):
+    """Return three numbers side by side."""
+    return x, y, z
+
+
+@plain
+def split(vector):
+    """Return the three numbers."""
+    return vector
+
+
+@plain
+def times(vector, number):
+    """Return vector * number."""
+    return vector[0] * number, vector[1] * number, vector[2] * number
+
+
+@plain
+def plus_times(start, vector, number):
+    """Return start + vector * number."""
+    return start[0] + vector[0] * number, start[1] + vector[1] * number, start[2] + vector[2] * number
+
+
+@plain
+def small_loops():
+    """Leave loops to the compiler."""
+
+
+@plain
+def on_its_own():
+    """Leave inlining to the compiler."""
