@@ -36,6 +36,8 @@ def main() -> int:
             return check_answers(arguments.check)
         if arguments.zoo:
             return measure_zoo(arguments.zoo)
+        if arguments.collision:
+            return measure_collision(arguments.collision)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
@@ -59,6 +61,7 @@ def make_parser() -> argparse.ArgumentParser:
         parser.add_argument(flag, action='store_true')
     parser.add_argument('--check', type=_positive, metavar='N')
     parser.add_argument('--zoo', type=_positive, metavar='N')
+    parser.add_argument('--collision', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -99,6 +102,15 @@ def measure_zoo(count: int) -> int:
     result = run_zoo(count)
     print('\n'.join(result.remarks), markdown([ZOO_HEAD, zoo_row(result.counts)]), sep='\n\n')
     return int(result.counts['wrong'] > 0)
+
+
+def measure_collision(count: int) -> int:
+    """Solve N targets in each room with and without the check for contact; 1 if an answer touches."""
+    from bench.collision import COLLISION_HEAD, collision_rows
+
+    rows, wrong = collision_rows(count)
+    print(markdown([COLLISION_HEAD, *rows]))
+    return int(wrong > 0)
 
 
 def measure(arguments: argparse.Namespace, report: Report) -> None:

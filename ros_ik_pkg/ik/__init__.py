@@ -2,11 +2,13 @@
 
 from ros_ik_pkg.ik.arm import Arm, load_arm
 from ros_ik_pkg.ik.compilation import Compilation, warm_up
+from ros_ik_pkg.ik.contacts.judge import Contact
 from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
 from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch
+from ros_ik_pkg.ik.world import Obstacle, World
 
 __all__ = [
     'CHOICES',
@@ -17,14 +19,17 @@ __all__ = [
     'Arm',
     'BatchSolution',
     'Compilation',
+    'Contact',
     'IkError',
     'ModelError',
     'NotCompiledError',
+    'Obstacle',
     'OptionError',
     'Solution',
     'SolveOptions',
     'Status',
     'Trace',
+    'World',
     'load_arm',
     'robot_names',
     'solve',

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from threading import Lock
 
@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ros_ik_pkg.ik.contacts.contacts import Contacts
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.kernel.data_layout import Geometry, pack_model
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
@@ -58,6 +59,8 @@ class Arm:
         folded, mimic joints free, floating and planar joints locked.
     warnings : tuple of str
         What is odd about the robot's description and how it was read, and which default was chosen.
+    srdf, meshes
+        As `load_arm` was given them.
 
     """
 
@@ -81,6 +84,19 @@ class Arm:
     model: pin.Model
     tree: Tree
     warnings: tuple[str, ...]
+    srdf: str | os.PathLike[str] | None = None
+    meshes: tuple[str | os.PathLike[str], ...] = ()
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """What of the robot can touch; its shapes are loaded at the first use."""
+        return Contacts(self.tree, self.model, self.base_frame, self.joint_names, self.home, self.lower, self.upper,
+                        self.srdf, self.meshes)
+
+    @cached_property
+    def shaped(self) -> bool:
+        """Whether any link has a shape for contact."""
+        return bool(self.tree.shapes) and self.contacts.known
 
     @cached_property
     def n(self) -> int:
@@ -190,7 +206,8 @@ class Arm:
 def load_arm(
     source: str | os.PathLike[str], base: str | None = None, tip: str | None = None, *, limits: str = 'soft',
     joint_limits: str | os.PathLike[str] = '', held: Mapping[str, float | None] | None = None,
-    xacro_args: Mapping[str, str] | None = None,
+    xacro_args: Mapping[str, str] | None = None, srdf: str | os.PathLike[str] | None = None,
+    meshes: Iterable[str | os.PathLike[str]] = (),
 ) -> Arm:
     """Load an arm.
 
@@ -212,6 +229,10 @@ def load_arm(
         Joints that stay at a position [rad, m], None for their home: they are fixed joints of the arm.
     xacro_args : mapping of str to str
         Arguments of the .xacro file.
+    srdf : str or path, optional
+        Path, URI or text of an SRDF that says which links may touch; default: derived from the shapes.
+    meshes : iterable of str or path
+        Folders in which meshes are looked for before all others: packages, or folders that hold packages.
 
     Returns
     -------
@@ -232,7 +253,10 @@ def load_arm(
             tree = with_soft_limits(tree)
         if joint_limits:
             tree = with_joint_limits(tree, read_text(joint_limits))
-        return _make_arm(hold_joints(tree, held or {}), base, tip)
+        arm = replace(_make_arm(hold_joints(tree, held or {}), base, tip), srdf=srdf, meshes=tuple(meshes))
+        if srdf is not None:
+            _ = arm.contacts  # so that an SRDF of another robot is refused here
+        return arm
     except ModelError as error:
         raise ModelError(f'robot {tree.name!r}: {error}') from error
 

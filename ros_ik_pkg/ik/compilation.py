@@ -29,6 +29,7 @@ from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
 from ros_ik_pkg.ik.search.final_check import passes
 from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, use_usual
+from ros_ik_pkg.ik.world import World
 
 NOTICE_AFTER = 2.0  # s
 MOVE_EVERY = 0.2  # s
@@ -36,6 +37,11 @@ IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # position [m] and quaternion x 
 LOW_PRIORITY = 10  # nice: a tenth of the time that others get of a processor
 HELPER = f'import sys; from {__name__} import main; sys.exit(main(["--quiet", "--low-priority"]))'
 Report = Callable[[str], object]
+CYLINDER = '<collision><geometry><cylinder radius="0.1" length="0.1"/></geometry></collision>'
+TWO_CYLINDERS = (
+    f'<robot name="warm_up"><link name="a">{CYLINDER}</link><link name="b">{CYLINDER}</link>'
+    '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><origin xyz="1 0 0"/></joint></robot>'
+)
 
 
 def warm_up(report: Report = print) -> float:
@@ -118,6 +124,8 @@ def compile_small() -> None:
     arm.forward(arm.home)
     arm.jacobian(arm.home)
     passes(arm.packed, DEFAULT_OPTIONS.numbers, pose_matrix(*IDENTITY), arm.home)
+    shaped = load_arm(TWO_CYLINDERS)
+    shaped.contacts.room(World(floor=-9.0)).least_clearance(shaped.home)
 
 
 class _Notice:

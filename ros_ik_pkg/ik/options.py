@@ -17,6 +17,7 @@ from ros_ik_pkg.ik.text import suggest, to_number
 METHODS = ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
 CHOICES = ('first', 'nearest', 'all')
 TASK_FRAMES = ('base', 'tip')
+GEOMETRIES = ('convex', 'mesh')
 NULL_SPACES = ('none', 'posture', 'limits', 'manipulability')
 
 
@@ -224,6 +225,17 @@ class SolveOptions:
         unit='rad or m',
         minimum=-1e6,
         maximum=1e6,
+    )
+    avoid_collisions: bool = option(
+        True,
+        'take only answers in which the robot touches neither itself nor the room; needs <collision> shapes in the '
+        'URDF, or a radius in the DH table',
+    )
+    collision_margin: float = option(
+        0.0, 'distance that counts as contact', unit='m', minimum=0.0, maximum=1.0
+    )
+    collision_geometry: str = option(
+        'convex', 'what decides on meshes: the convex hulls of their parts, or their triangles', allowed=GEOMETRIES
     )
     joint_weights: tuple[float, ...] = option(
         (),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +36,7 @@ class Status(enum.IntEnum):
     DEADLINE = 6
     UNREACHABLE = 7
     JOINT_JUMP = 8
+    COLLISION = 9
 
     @property
     def label(self) -> str:
@@ -66,6 +68,7 @@ _TEXTS = {
     Status.DEADLINE: 'the time ran out',
     Status.UNREACHABLE: 'out of reach: every descent ends at a distance from the target',
     Status.JOINT_JUMP: 'answers exist, but each is further from the reference than max_joint_jump allows',
+    Status.COLLISION: 'configurations within both tolerances exist, but in each that was found something touches',
 }
 
 
@@ -125,15 +128,21 @@ class Solution:
         With choice='all' the distinct answers by their distance from the reference, q the first.
     trace : Trace or None
         Every iterate, where it was asked for.
+    room : contacts.Room or None
+        What the arm was kept clear of; None if contact did not count.
 
     """
 
-    __slots__ = ('row', 'solutions', 'trace')
+    __slots__ = ('_contact', 'room', 'row', 'solutions', 'trace')
 
-    def __init__(self, row: np.ndarray, solutions: np.ndarray | None = None, trace: Trace | None = None) -> None:
+    def __init__(
+        self, row: np.ndarray, solutions: np.ndarray | None = None, trace: Trace | None = None, room: Any = None
+    ) -> None:
         self.row = row
         self.solutions = solutions
         self.trace = trace
+        self.room = room
+        self._contact: Any = None
 
     @property
     def q(self) -> np.ndarray:
@@ -149,6 +158,24 @@ class Solution:
     def converged(self) -> bool:
         """Whether q is an answer, within both tolerances and limits; anything else is the best approach only."""
         return bool(self.row[-len(FIGURES)] == CONVERGED)
+
+    @property
+    def clearance(self) -> float:
+        """Distance of the two things that are nearest to each other at q [m], by coal; negative if they are in each
+        other, inf if there is nothing to touch, NaN if contact did not count."""
+        return self.contact.clearance if self.room is not None else math.nan
+
+    @property
+    def nearest_links(self) -> tuple[str, ...]:
+        """Names of those two: links, obstacles or 'floor'."""
+        return self.contact.links if self.room is not None else ()
+
+    @property
+    def contact(self) -> Any:
+        """Those two as a Contact, computed when it is first asked for; only if contact counted."""
+        if self._contact is None:
+            self._contact = self.room.look(self.q)
+        return self._contact
 
     iterations = _figure('iterations', int, 'Steps taken over all attempts.')
     attempts = _figure('attempts', int, 'Descents made, the one from the seed included.')

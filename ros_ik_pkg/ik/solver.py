@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,6 +13,8 @@ from numpy import empty, ndarray
 from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik.arm import Arm
+from ros_ik_pkg.ik.collision.obstruction import MOST_TOUCHING
+from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ik.exceptions import ArgumentError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
 from ros_ik_pkg.ik.options import SolveOptions
@@ -32,6 +34,7 @@ from ros_ik_pkg.ik.search.entry import (
     solve_usual,
 )
 from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
+from ros_ik_pkg.ik.world import World
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
 MOST_ANSWERS = 64  # that choice='all' returns
@@ -60,6 +63,7 @@ def solve(
     options: SolveOptions | None = None,
     reference: ArrayLike | None = None,
     trace: bool = False,
+    world: World | None = None,
 ) -> Solution:
     """Find joint positions that bring the arm's tip frame to a target pose.
 
@@ -75,6 +79,8 @@ def solve(
         What 'nearest', max_joint_jump and whole turns are measured from; default: the seed.
     trace : bool
         Whether to keep every iterate.
+    world : World, optional
+        What the arm must stay clear of besides itself, if avoid_collisions is on and the robot has shapes.
 
     Returns
     -------
@@ -99,19 +105,25 @@ def solve(
         target = _array(getattr(target, 'homogeneous', target), 'target', POSE)
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = _array(seed, 'seed', (arm.n,))
+    room, model = None, arm.packed
+    if options.avoid_collisions and arm.shaped:
+        room = arm.contacts.room(world)
+        model = room.behind(model)
     if trace or reference is not None or options.choice == 'all':
-        return _solve_at_length(arm, target, seed, options, reference, trace)
+        return _solve_at_length(arm, target, seed, options, reference, trace, room, model)
     row = empty(arm.n + WIDTH)
     try:
-        good = one_target(arm.packed, options.numbers, target, seed, row)
+        good = one_target(model, options.numbers, target, seed, row)
     except TypeError:  # other dimensions, or not aligned
         target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (arm.n,))
-        good = one_target(arm.packed, options.numbers, target, seed, row)
+        good = one_target(model, options.numbers, target, seed, row)
     if not good:
         if row[STATUS - WIDTH] == NOT_COMPILED:
             raise NotCompiledError(STILL_COMPILING)
         raise _argument_error(arm, options, target, seed, seed)
-    return Solution(row)
+    if row[STATUS - WIDTH] == Status.COLLISION:
+        return _solve_at_length(arm, target, seed, options, None, False, room, model)
+    return Solution(row, room=room)
 
 
 def use_usual(usual: bool) -> None:
@@ -121,9 +133,10 @@ def use_usual(usual: bool) -> None:
 
 
 def _solve_at_length(
-    arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool
+    arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool,
+    room: Room | None, model: np.ndarray,
 ) -> Solution:
-    """Solve where more is wanted than one answer from one seed."""
+    """Solve where more is wanted than one answer from one seed, or where the answers that were found may touch."""
     if one_target is solve_usual:
         raise NotCompiledError(STILL_COMPILING)
     n = arm.n
@@ -132,11 +145,36 @@ def _solve_at_length(
     origin = seed if reference is None else _array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
-    count = solve_range(arm.packed, options.numbers, target, seed, origin, row.reshape(1, -1), answers, rows)
+    touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
+    count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
+    if room is not None and row[STATUS - WIDTH] == Status.COLLISION:
+        _take_best(arm, target, origin, options, room, touching[~np.isnan(touching[:, 0])], row)
+        if row[STATUS - WIDTH] == Status.CONVERGED and options.choice == 'all':
+            answers[0] = row[:n]
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
-    return Solution(row, found, _trace(rows, count, n) if trace else None)
+    return Solution(row, found, _trace(rows, count, n) if trace else None, room)
+
+
+def _take_best(
+    arm: Arm, target: np.ndarray, reference: np.ndarray, options: SolveOptions, room: Room, touching: np.ndarray,
+    row: np.ndarray,
+) -> None:
+    """Write to `row` the first configuration of `touching` (k, n) that coal finds clear after all, for the search is
+    never wrong about what is clear, but now and then about what touches; else the one that touches least."""
+    meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
+    clear = [q for q in touching if room.is_clear(q, margin, meshes)]
+    best = clear[0] if clear else max(touching, key=lambda q: room.look(q, meshes).clearance)
+    lone = replace(options, choice='first', max_attempts=1, max_iterations=0, null_space='none')
+    one = np.empty_like(row)
+    solve_range(arm.packed, lone.numbers, target, best, reference, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
+    held = one[STATUS - WIDTH] in (Status.CONVERGED, Status.JOINT_JUMP)
+    for figure in (STEPS, ATTEMPTS, TIME):
+        one[figure - WIDTH] = row[figure - WIDTH]
+    if not (held and clear and np.array_equal(one[: arm.n], best)):
+        one[STATUS - WIDTH], one[FOUND - WIDTH] = Status.COLLISION, 0.0
+    row[:] = one
 
 
 @dataclass(slots=True)
@@ -166,6 +204,7 @@ def solve_batch(
     references: ArrayLike | None = None,
     workers: int | None = None,
     progress: Callable[[int], object] | None = None,
+    world: World | None = None,
 ) -> BatchSolution:
     """Solve N targets on several cores; each row is what `solve` would return for it.
 
@@ -178,6 +217,8 @@ def solve_batch(
         Threads; default: one for each core that this process may use.
     progress : callable, optional
         Called with the number of targets done since the last call.
+    world : World, optional
+        As in `solve`.
 
     Raises
     ------
@@ -192,12 +233,16 @@ def solve_batch(
     starts = _rows(arm.home if seeds is None else seeds, count, arm.n, 'seeds')
     origins = starts if references is None else _rows(references, count, arm.n, 'references')
     out = np.empty((count, arm.n + WIDTH))
+    room, model = None, arm.packed
+    if options.avoid_collisions and arm.shaped:
+        room = arm.contacts.room(world)
+        model = room.behind(model)
 
     def run(chunk: slice) -> int:
         a, b = chunk.start, chunk.stop
         solve_range(
-            arm.packed, options.numbers, flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n],
-            origins[a * arm.n : b * arm.n], out[a:b], NOTHING, NOTHING,
+            model, options.numbers, flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n],
+            origins[a * arm.n : b * arm.n], out[a:b], NOTHING, NOTHING, NOTHING,
         )  # fmt: skip
         return b - a
 
@@ -214,6 +259,9 @@ def solve_batch(
         k = int(bad[0])
         rows = slice(k * arm.n, (k + 1) * arm.n)
         raise ArgumentError(f'row {k}: {_argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
+    for k in np.flatnonzero(figures[STATUS] == Status.COLLISION).tolist():
+        rows = slice(k * arm.n, (k + 1) * arm.n)
+        out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room, model).row
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,

@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm, Compilation, IkError, OptionError
 from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
@@ -70,6 +71,8 @@ class IkNode(Node):
         self._period_began = time.monotonic()
         steady_timer(self, HEALTH_PERIOD, self._report_health)
         self._subscribe(topics.ROBOT_DESCRIPTION, self._on_robot_description)
+        self._subscribe(topics.ROBOT_DESCRIPTION_SEMANTIC, self._on_semantic)
+        self._subscribe(topics.OBSTACLES, self._on_obstacles)
         self._subscribe(topics.JOINT_STATES, self._handler.joint_states.keep)
         self._subscribe(topics.TARGET_POSE, self._targets.put, raw=True)
         for text in parameters.refuse_unknown():
@@ -152,6 +155,7 @@ class IkNode(Node):
         arm = self._robot_source.load(settings) if arm_changes else self._handler.arm
         if arm is not None:
             _check_lengths(settings, arm, arm_changes)
+        self._handler.surroundings.read(settings)
         return arm
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
@@ -160,8 +164,13 @@ class IkNode(Node):
         arm_changed = self._handler.settings is not None and arm is not previous
         self._handler.take_over(settings, arm)
         if arm is not None and arm is not previous:
-            for text in arm.warnings:
+            contacts = arm.contacts if settings.options.avoid_collisions else None  # read before a target needs them
+            for text in (*arm.warnings, *(contacts.warnings if contacts else ())):
                 self.get_logger().warning(f'robot {arm.name}: {text}')
+            if self._robot_source.semantic_fault:
+                self.get_logger().warning(self._robot_source.semantic_fault)
+            if contacts and contacts.left_out:
+                self.get_logger().info(f'links that may touch: {contacts.described()}')
         if arm_changed:
             _complete(arm)
             self._say_what_runs()
@@ -180,6 +189,19 @@ class IkNode(Node):
         except IkError as error:
             kept = f'keeping {self._handler.arm.name}' if self._handler.arm else 'still without a robot'
             self.get_logger().error(f'{shorten(str(error), 1000)}; {kept}', throttle_duration_sec=LOG_PERIOD)
+
+    def _on_semantic(self, message: String) -> None:
+        """Use the SRDF of the topic where the parameters name none; one for another robot is left aside."""
+        if message.data == self._robot_source.semantic:
+            return
+        self._robot_source.semantic = message.data
+        settings = self._handler.parameters
+        if self._handler.arm is not None and not settings.srdf:
+            self._take_over(settings, self._arm_for(settings, arm_changes=True))
+
+    def _on_obstacles(self, message: MarkerArray) -> None:
+        for reason in self._handler.take_obstacles(message):
+            self.get_logger().warning(f'obstacle left aside: {reason}', throttle_duration_sec=LOG_PERIOD)
 
     def _load_from_topic(self, settings: Settings) -> Arm | None:
         try:

@@ -21,7 +21,10 @@ TUPLES = [spec for spec in OPTIONS if isinstance(spec.default, tuple)]
 TEXTS = [spec for spec in OPTIONS if isinstance(spec.default, str)]
 
 
-WORDS = {'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES}
+WORDS = {
+    'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES,
+    'collision_geometry': ('convex', 'mesh'),
+}  # fmt: skip
 
 
 def name_of(spec):

@@ -35,9 +35,9 @@ def test_the_statuses_are_numbered_as_ever():
     # Programs that read traces and logs keep these numbers.
     assert [status.label for status in Status] == [
         'converged', 'max_iterations', 'stalled', 'oscillating', 'diverged', 'not_finite', 'deadline', 'unreachable',
-        'joint_jump',
+        'joint_jump', 'collision',
     ]  # fmt: skip
-    assert [int(status) for status in Status] == list(range(9))
+    assert [int(status) for status in Status] == list(range(10))
 
 
 def test_a_status_prints_as_its_word():

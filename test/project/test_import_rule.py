@@ -22,16 +22,21 @@ BELOW = {
 }
 WITHOUT_ROS = {'share', 'ik', 'compare'}
 ROS_LIBRARIES = {'rclpy', 'rcl_interfaces', 'tf2_ros'}
-READERS = {'pinocchio', 'yaml', 'xml'}
-MODEL_FILES = {'ik/arm.py', *(f'ik/model/{name}.py' for name in ('pinocchio_model', 'dh', 'urdf', 'joint_limits'))}
+READERS = {'pinocchio', 'coal', 'hppfcl', 'yaml', 'xml'}
+MODEL_FILES = {
+    'ik/arm.py',
+    *(f'ik/contacts/{name}.py' for name in ('contacts', 'judge', 'srdf', 'coal_library', 'obstacles_file')),
+    *(f'ik/model/{name}.py' for name in (
+        'pinocchio_model', 'dh', 'urdf', 'joint_limits', 'collision_elements', 'xml_values')),
+}  # fmt: skip
 COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 
 # The rooms of `ik/` and `ros/`, and single files beside them, from the bottom up: each imports from rooms above it in
 # this list alone.
 ROOMS = {
     'ik': (
-        'exceptions', 'text', 'solution', 'kernel', 'kinematics', 'step', 'descent', 'search', 'model', 'options',
-        'arm', 'solver', 'compilation', '__init__',
+        'exceptions', 'text', 'solution', 'kernel', 'kinematics', 'collision', 'step', 'descent', 'search', 'model',
+        'world', 'contacts', 'options', 'arm', 'solver', 'compilation', '__init__',
     ),
     'ros': ('interface', 'runtime', 'input', 'handling', 'output', 'reply', 'client', 'node', 'ik_node', '__init__'),
 }  # fmt: skip

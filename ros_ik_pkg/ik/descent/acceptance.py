@@ -5,14 +5,15 @@ Joint limits are not looked at again: whatever moves work.q ends within them (`l
 
 from __future__ import annotations
 
+from ros_ik_pkg.ik.collision.obstruction import touches
 from ros_ik_pkg.ik.kernel.compiled import inlined
 from ros_ik_pkg.ik.kinematics.task import within_tolerances
 
-ACCEPTED, BEYOND_JUMP, BEYOND_TOLERANCE = range(3)
+ACCEPTED, BEYOND_JUMP, BEYOND_TOLERANCE, TOUCHING = range(4)
 
 
 @inlined
-def judge(tuning, reference, position_error, orientation_error, q):
+def judge(tuning, preferences, position_error, orientation_error, q):
     """Return ACCEPTED if q is a solution, given its errors [m, rad], or the first condition that it breaks.
 
     The cheapest condition comes first; one that costs more than forward kinematics belongs at the end.
@@ -21,6 +22,6 @@ def judge(tuning, reference, position_error, orientation_error, q):
         return BEYOND_TOLERANCE
     if tuning.max_joint_jump > 0.0:
         for i in range(len(q)):
-            if abs(q[i] - reference[i]) > tuning.max_joint_jump:
+            if abs(q[i] - preferences.reference[i]) > tuning.max_joint_jump:
                 return BEYOND_JUMP
-    return ACCEPTED
+    return TOUCHING if touches(preferences.obstruction, tuning.collision_margin, q) else ACCEPTED

@@ -32,15 +32,14 @@ DEPENDENT = 1e-9  # length of a row without the part that other rows explain, ov
 def settle(geometry, task, tuning, preferences, stop_time, attempt, steps, work, recorder):
     """Move work.q, a solution, to the least cost that the null space allows; return the steps taken.
 
-    Of the iterates that hold the task, and are not beyond max_joint_jump of the reference, the one of the least cost is
-    left in work.q, so it can only get better. In all no joint moves further than null_space_step in the null space, if
-    that is above 0.
+    Of the iterates that are accepted the one of the least cost is left in work.q, so it can only get better. In all no
+    joint moves further than null_space_step in the null space, if that is above 0.
     """
     posture = preferences.posture
     least, left, longest, factor = math.inf, tuning.null_space_step, LONGEST_STEP, 0.0
     if left <= 0.0:
         left = math.inf
-    k, held = 0, 0
+    k, held, accepted = 0, 0, False
     while True:
         value = cost(geometry, task, tuning, posture, work)
         downhill(geometry, task, tuning, posture, work)
@@ -50,9 +49,9 @@ def settle(geometry, task, tuning, preferences, stop_time, attempt, steps, work,
         held_now = within_tolerances(position_error, orientation_error, tuning)
         if held_now:
             held = k
-            verdict = judge(tuning, preferences.reference, position_error, orientation_error, work.q)
-            if k == 0 or (value < least and verdict == ACCEPTED):
-                least = value
+            verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
+            if k == 0 or (verdict == ACCEPTED and (value < least or not accepted)):
+                least, accepted = value, verdict == ACCEPTED
                 assign(work.near, work.q)
             else:
                 longest *= 0.5

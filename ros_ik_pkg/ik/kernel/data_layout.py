@@ -61,6 +61,7 @@ class Tuning(NamedTuple):
     task_frame: float
     null_space: float
     null_space_step: float
+    collision_margin: float
 
 
 TUNABLES = len(Tuning._fields)
@@ -80,11 +81,12 @@ class Task(NamedTuple):
 
 
 class Preferences(NamedTuple):
-    """Which of many solutions is wanted."""
+    """Which of many solutions is wanted, and what none may touch."""
 
     reference: np.ndarray  # (n,) from which distances, jumps and whole turns are measured [rad, m]
     joint_weights: np.ndarray  # (n,), or (0,) if the option is unset
     posture: np.ndarray  # (n,) [rad, m]
+    obstruction: NamedTuple  # see collision/obstruction.py
 
 
 class Solutions(NamedTuple):
@@ -144,7 +146,7 @@ def tuning_of(numbers):
     return Tuning(
         numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7], numbers[8],
         numbers[9], numbers[10], numbers[11], numbers[12], numbers[13], numbers[14], numbers[15], numbers[16],
-        numbers[17],
+        numbers[17], numbers[18],
     )  # fmt: skip
 
 
@@ -171,6 +173,13 @@ def unpack_model(model):
     )  # fmt: skip
     reach = Reach(shaped(model, c, (3,)), shaped(model, c + 3, (3,)), shaped(model, c + 6, (2,)))
     return geometry, reach, shaped(model.view(np.float32), 2 * (c + 8), (n + 7, m))
+
+
+@inlined
+def packed_size(model):
+    """Return how many numbers a packed arm has; a packed scene may follow them."""
+    n, joints, m = int(model[0]), int(model[1]), int(model[2])
+    return HEADER + 12 * (joints + 1) + 4 * joints + 3 * n + 8 + (n + 7) * m // 2
 
 
 @inlined

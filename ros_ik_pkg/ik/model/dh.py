@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
 import yaml
 
 from ros_ik_pkg.ik.exceptions import ModelError
-from ros_ik_pkg.ik.model.transforms import rotation_about, rotation_from_rpy, transform
+from ros_ik_pkg.ik.model.shapes import Shape
+from ros_ik_pkg.ik.model.transforms import rotation_about, rotation_from_rpy, rotation_from_z, transform
 from ros_ik_pkg.ik.model.tree import MOVABLE, ROTARY, Joint, Tree, fault_of_name, grow
 from ros_ik_pkg.ik.text import list_names, suggest, to_number
 
@@ -20,7 +22,7 @@ ANGLE_UNITS = {'radians': 1.0, 'degrees': math.pi / 180.0}
 ROBOT_KEYS = ('name', 'source', 'convention', 'angles', 'base_frame', 'tip_frame', 'joints')
 ROBOT_OPTIONS = ('tool', 'home')
 JOINT_KEYS = ('name', 'type', 'a', 'alpha', 'd', 'theta')
-JOINT_OPTIONS = ('lower', 'upper', 'velocity', 'link')
+JOINT_OPTIONS = ('lower', 'upper', 'velocity', 'link', 'radius')
 NAMES = ('name', 'base_frame', 'tip_frame', 'link')
 Fields = dict[str, yaml.Node]
 
@@ -35,6 +37,7 @@ def parse_dh(text: str | bytes) -> Tree:
         `angles` names. One row of `joints` gives a, alpha, d, theta of one link; the variable adds to
         theta (revolute, continuous) or to d (prismatic). `standard` is Rz(theta) Tz(d) Tx(a) Rx(alpha),
         `modified` (Craig) is Rx(alpha) Tx(a) Rz(theta) Tz(d) with alpha and a of the previous link.
+        A row with a `radius` [m] gives its links capsules for contact along a and d.
 
     Returns
     -------
@@ -57,13 +60,16 @@ def parse_dh(text: str | bytes) -> Tree:
     for row in rows:
         parent = joints[-1].child if joints else _text(robot, 'base_frame')
         joints.append(_read_joint(row, parent, f'link{len(joints) + 1}', unit, standard))
+    shapes: dict[str, tuple[Shape, ...]] = {}
+    for row, joint in zip(rows, joints):
+        _add_capsules(row, joint, standard, shapes)
     tip = Joint('tool', 'fixed', joints[-1].child, _text(robot, 'tip_frame'), _read_tool(robot, unit))
     home = _read_home(robot, joints, unit)
     _text(robot, 'source')
     links = [joints[0].parent, *(joint.child for joint in [*joints, tip])]
     name = _text(robot, 'name')
     try:
-        return grow(name, links, [*joints, tip], tip.child, home)
+        return replace(grow(name, links, [*joints, tip], tip.child, home), shapes=shapes)
     except ModelError as error:
         raise ModelError(f'joints: {error}') from error
 
@@ -103,6 +109,31 @@ def _read_joint(node: yaml.Node, parent: str, link: str, unit: float, standard: 
     origin, tail = (along, across) if standard else (across @ along, np.eye(4))
     return Joint(_text(row, 'name'), kind, parent, link, origin, tail=tail,
                  lower=lower, upper=upper, velocity=unit * velocity)
+
+
+def _add_capsules(row: yaml.Node, joint: Joint, standard: bool, shapes: dict[str, tuple[Shape, ...]]) -> None:
+    """Add the capsules of a row with a radius to the shapes of the two links that its joint connects.
+
+    One lies along d, one along a. The parent holds what comes before the motion, d of a standard row and both of a
+    modified one; the child holds a of a standard row. What a prismatic joint slides by has no shape.
+    """
+    fields = _mapping(row, 'a joint', JOINT_KEYS, JOINT_OPTIONS)
+    if 'radius' not in fields:
+        return
+    radius, d = _number(fields, 'radius'), _number(fields, 'd')
+    if radius <= 0.0:
+        _refuse(fields['radius'], f'radius is {radius:g}; expected a positive number [m], or leave it out')
+    before = joint.origin[:3, 3] - d * joint.origin[:3, 2]  # the foot of d in the parent's frame
+    segments = [(joint.parent, before, joint.origin[:3, 3])]
+    if standard:
+        segments.append((joint.child, np.linalg.inv(joint.tail)[:3, 3], np.zeros(3)))
+    else:
+        segments.append((joint.parent, np.zeros(3), before))
+    for link, start, end in segments:
+        length = float(np.linalg.norm(end - start))
+        if length > 0.0:
+            frame = transform(rotation_from_z((end - start) / length), 0.5 * (start + end))
+            shapes[link] = (*shapes.get(link, ()), Shape('capsule', np.array([radius, length]), frame))
 
 
 def _read_limits(row: Fields, node: yaml.Node, kind: str, unit: float) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -42,7 +43,7 @@ def read_text(source: str | os.PathLike[str]) -> str:
     if isinstance(source, str) and re.search(r':\s', source):
         return source
     try:
-        path = _path_of(source)
+        path = path_of(source)
         if path.exists() and not path.is_file():
             raise ModelError(f'cannot read {str(source)!r}: it is no regular file')
         with path.open('rb') as file:
@@ -67,14 +68,15 @@ def read_tree(source: str | os.PathLike[str], xacro_args: Mapping[str, str] | No
         raise ModelError(f'cannot read the robot {source!r}: {error}') from error
     suffix = path.suffix.lower()
     try:
-        return READERS[suffix](_expand(path, xacro_args or {}) if suffix == '.xacro' else content)
+        tree = READERS[suffix](_expand(path, xacro_args or {}) if suffix == '.xacro' else content)
+        return replace(tree, folder=path.parent)
     except ModelError as error:
         raise ModelError(f'{path}: {error}') from error
 
 
 def _find_file(source: str | os.PathLike[str]) -> Path:
     """Find the file that a name, path or URI means."""
-    path = _path_of(source)
+    path = path_of(source)
     if path.suffix.lower() in READERS:
         return path
     if str(source) in robot_names():
@@ -84,7 +86,7 @@ def _find_file(source: str | os.PathLike[str]) -> Path:
                      f'ends in {list_names(READERS)}, or URDF text{"; " if meant else ""}{meant}')
 
 
-def _path_of(source: str | os.PathLike[str]) -> Path:
+def path_of(source: str | os.PathLike[str]) -> Path:
     """Return the path that a path or URI means, ~ as the shell has it."""
     if isinstance(source, str) and source.startswith(PACKAGE_SCHEME):
         return _path_in_package(source)

@@ -6,10 +6,12 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.model.shapes import Shape
 from ros_ik_pkg.ik.text import list_names, suggest
 
 MOVABLE = ('revolute', 'continuous', 'prismatic')
@@ -61,13 +63,20 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """All links of a robot; `joints` come parents first. `tip` and `home` where the file names them."""
+    """All links of a robot; `joints` come parents first. `tip` and `home` where the file names them.
+
+    `shapes` are those for contact, by link, and `shape_faults` says which were left out and why; `folder` is that of
+    the file, for mesh files beside it.
+    """
 
     name: str
     root: str
     joints: tuple[Joint, ...]
     tip: str | None = None
     home: Mapping[str, float] = field(default_factory=dict)
+    shapes: Mapping[str, tuple[Shape, ...]] = field(default_factory=dict)
+    shape_faults: tuple[str, ...] = ()
+    folder: Path | None = None
 
     @cached_property
     def links(self) -> tuple[str, ...]:

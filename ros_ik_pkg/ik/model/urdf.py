@@ -1,17 +1,19 @@
-"""URDF text -> a checked tree of links and joints. Meshes, masses and materials are never looked at."""
+"""URDF text -> a checked tree of links and joints. Masses and materials are never looked at."""
 
 from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 from xml.parsers import expat
 
 import numpy as np
 
 from ros_ik_pkg.ik.exceptions import ModelError
-from ros_ik_pkg.ik.model.transforms import rotation_from_quaternion, rotation_from_rpy, transform
+from ros_ik_pkg.ik.model.collision_elements import read_collisions
 from ros_ik_pkg.ik.model.tree import MOVABLE, Joint, Mimic, Tree, grow
+from ros_ik_pkg.ik.model.xml_values import read_number, read_origin, read_vector
 from ros_ik_pkg.ik.text import list_names, suggest, to_number
 
 MAX_BYTES = 32 * 2**20
@@ -44,7 +46,7 @@ def parse_urdf(text: str | bytes) -> Tree:
         Where the text is no XML, no URDF, or no single tree of links.
 
     """
-    robot = _parse_xml(text)
+    robot = parse_xml(text)
     if robot.tag != 'robot':
         raise ModelError(f'the root element is <{robot.tag}>; expected <robot>, is this a URDF?')
     if any(element.tag.startswith('xacro:') for element in robot):
@@ -63,7 +65,8 @@ def _read_tree(robot: ElementTree.Element, name: str) -> Tree:
         raise ModelError(f'the robot has {len(links)} links; at most {MAX_LINKS} are read')
     quaternions = _read_minor_version(robot) >= 1
     joints = [_read_joint(element, quaternions) for element in robot.findall('joint')]
-    return grow(name, links, joints)
+    shapes, faults = read_collisions(robot, quaternions)
+    return replace(grow(name, links, joints), shapes=shapes, shape_faults=faults)
 
 
 def _read_minor_version(robot: ElementTree.Element) -> int:
@@ -75,7 +78,7 @@ def _read_minor_version(robot: ElementTree.Element) -> int:
     return int(match[1])
 
 
-def _parse_xml(text: str | bytes) -> ElementTree.Element:
+def parse_xml(text: str | bytes) -> ElementTree.Element:
     """Parse the document; errors give line and column. Prefixes need no declaration, as in ROS itself."""
     if len(text) > MAX_BYTES:
         raise ModelError(f'the URDF has {len(text)} bytes; at most {MAX_BYTES} are read')
@@ -119,7 +122,7 @@ def _read_joint(element: ElementTree.Element, quaternions: bool) -> Joint:
     soft, soft_notes = _read_soft_limits(element, kind, where)
     return Joint(
         name, kind, _read_link(element, 'parent', where), _read_link(element, 'child', where),
-        origin=_read_origin(element, where, quaternions),
+        origin=read_origin(element, where, quaternions),
         axis=_read_axis(element, where) if kind in MOVABLE else np.array([0.0, 0.0, 1.0]),
         lower=lower, upper=upper, velocity=velocity, mimic=_read_mimic(element, where), fault=fault,
         soft=soft, notes=(*notes, *soft_notes))
@@ -146,32 +149,12 @@ def _read_link(element: ElementTree.Element, role: str, where: str) -> str:
     return link
 
 
-def _read_origin(element: ElementTree.Element, where: str, quaternions: bool) -> np.ndarray:
-    """Read <origin xyz rpy> or, from URDF 1.1 on, <origin xyz quat_xyzw>: the transform from the parent link to the
-    joint; identity if it is missing."""
-    origin = element.find('origin')
-    if origin is None:
-        return np.eye(4)
-    xyz = _vector(origin.get('xyz', '0 0 0'), f'{where}: <origin xyz>')
-    if 'quat_xyzw' not in origin.attrib:
-        return transform(rotation_from_rpy(_vector(origin.get('rpy', '0 0 0'), f'{where}: <origin rpy>')), xyz)
-    what = f'{where}: <origin quat_xyzw>'
-    if not quaternions:
-        raise ModelError(f'{what} needs <robot version="1.1">; set the version, or write rpy')
-    if 'rpy' in origin.attrib:
-        raise ModelError(f'{where}: <origin> has both rpy and quat_xyzw; expected one of them')
-    quaternion = _vector(origin.get('quat_xyzw', ''), what, 4)
-    if not 1e-6 < np.linalg.norm(quaternion) < 1e6:
-        raise ModelError(f'{what} is {origin.get("quat_xyzw")!r}; expected a unit quaternion')
-    return transform(rotation_from_quaternion(quaternion), xyz)
-
-
 def _read_axis(element: ElementTree.Element, where: str) -> np.ndarray:
     """Read <axis xyz> as a unit vector of the joint frame; x where missing, as URDF has it."""
     axis = element.find('axis')
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
-    vector = _vector(axis.get('xyz', '1 0 0'), f'{where}: <axis xyz>')
+    vector = read_vector(axis.get('xyz', '1 0 0'), f'{where}: <axis xyz>')
     largest = np.abs(vector).max()
     if largest == 0.0:
         raise ModelError(f'{where}: <axis xyz> is zero; expected a direction')
@@ -193,7 +176,7 @@ def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[f
         velocity, notes = _read_velocity(limit, where)
         if kind == 'continuous':
             return *none, velocity, '', notes
-        lower, upper = (_number(limit.get(key, '0'), f'{where}: <limit {key}>') for key in ('lower', 'upper'))
+        lower, upper = (read_number(limit.get(key, '0'), f'{where}: <limit {key}>') for key in ('lower', 'upper'))
     except ModelError as error:
         return *none, math.inf, str(error), []
     given = f'{where}: limits lower = {lower:g} and upper = {upper:g}'
@@ -241,7 +224,7 @@ def _read_velocity(limit: ElementTree.Element, where: str) -> tuple[float, list[
     text = limit.get('velocity')
     if text is None:
         return math.inf, []
-    velocity = math.inf if text.strip().lower() in INFINITE else _number(text, f'{where}: <limit velocity>')
+    velocity = math.inf if text.strip().lower() in INFINITE else read_number(text, f'{where}: <limit velocity>')
     if 0.0 < velocity < math.inf:
         return velocity, []
     return math.inf, [f'{where}: <limit velocity> is {text.strip()}; it is read as no limit']
@@ -253,21 +236,5 @@ def _read_mimic(element: ElementTree.Element, where: str) -> Mimic | None:
     if mimic is None:
         return None
     return Mimic(mimic.get('joint', '').strip(),
-                 _number(mimic.get('multiplier', '1'), f'{where}: <mimic multiplier>'),
-                 _number(mimic.get('offset', '0'), f'{where}: <mimic offset>'))
-
-
-def _vector(text: str, what: str, count: int = 3) -> np.ndarray:
-    """Read as many finite numbers as `count` says."""
-    words = text.split()
-    if len(words) != count:
-        raise ModelError(f'{what} is {text!r}; expected {"three" if count == 3 else "four"} numbers')
-    return np.array([_number(word, what) for word in words])
-
-
-def _number(text: str, what: str) -> float:
-    """Read one finite number."""
-    value = to_number(text)
-    if math.isnan(value):
-        raise ModelError(f'{what} is {text!r}; expected a finite number')
-    return value
+                 read_number(mimic.get('multiplier', '1'), f'{where}: <mimic multiplier>'),
+                 read_number(mimic.get('offset', '0'), f'{where}: <mimic offset>'))

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import types
 
+from ros_ik_pkg.ik.collision.obstruction import make_obstruction, obstruction_size
 from ros_ik_pkg.ik.descent.descent import CONVERGED
 from ros_ik_pkg.ik.descent.objectives import NONE
 from ros_ik_pkg.ik.descent.recorder import singular_figures
@@ -84,37 +85,42 @@ def _solve_one(model, numbers, target, seed, row, rows):
         start[i] = seed[i]
     out, nothing = shaped(row, 0, (1, len(row))), shaped(row, 0, (0, 0))
     rest = shaped(memory, 16 + n, (len(memory) - 16 - n,))
-    solve_rows(model, numbers, goal, start, start, out, nothing, rows, rest)
+    solve_rows(model, numbers, goal, start, start, out, nothing, nothing, rows, rest)
     return row[n + STATUS] >= 0.0
 
 
-@door(types.int64, [types.Array(types.float64, d, 'C') for d in (1, 1, 2, 1, 1, 2, 2, 2)])
-def solve_range(model, numbers, targets, seeds, references, out, answers, rows):
+@door(types.int64, [types.Array(types.float64, d, 'C') for d in (1, 1, 2, 1, 1, 2, 2, 2, 2)])
+def solve_range(model, numbers, targets, seeds, references, out, answers, touching, rows):
     """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
 
     Writes to out (N, n + len(FIGURES)): q, then the figures. `answers` (k, n) receives the k nearest answers of the
-    last row, `rows` every iterate if there is room; both may be of length 0. `numbers` are those of SolveOptions.
+    last row, `touching` (MOST_TOUCHING, n) the configurations that hold the last target but are not clear of contact,
+    `rows` every iterate if there is room; all may be of length 0. `model` is a packed arm, with a packed scene behind
+    it if contact counts; `numbers` are those of SolveOptions.
     """
     memory = np.empty(memory_size(model, max(1, len(answers))))
-    return solve_rows(model, numbers, targets, seeds, references, out, answers, rows, memory)
+    return solve_rows(model, numbers, targets, seeds, references, out, answers, touching, rows, memory)
 
 
 @inlined
 def memory_size(model, answers):
     """Return how many numbers solve_rows needs: one block, since to ask for several takes longer."""
-    return 3 + buffer_size(model) + int(model[2]) // 2 + answers
+    return 3 + buffer_size(model) + int(model[2]) // 2 + obstruction_size(model) + answers
 
 
 @kernel
-def solve_rows(model, numbers, targets, seeds, references, out, answers, rows, memory):
-    """Do what solve_range says. Its memory: three integers, a workspace, scores of the starts, ranks of answers."""
+def solve_rows(model, numbers, targets, seeds, references, out, answers, touching, rows, memory):
+    """Do what solve_range says. Its memory: three integers, a workspace, scores of the starts, an Obstruction, ranks of
+    answers."""
     small_loops()
     n = out.shape[1] - WIDTH
     geometry, reach, starts = unpack_model(model)
     a = 3 + buffer_size(model)
     b = a + starts.shape[1] // 2
+    c = b + obstruction_size(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (a - 3,))
-    scores, ranks = shaped(memory, a, (b - a,)).view(np.float32), shaped(memory, b, (len(memory) - b,))
+    scores, ranks = shaped(memory, a, (b - a,)).view(np.float32), shaped(memory, c, (len(memory) - c,))
+    obstruction = make_obstruction(model, shaped(memory, b, (c - b,)), touching)
     integers[2] = 0
     work, recorder, one = make_records(model, buffer, scores, integers, rows)
     kept = answers if len(answers) > 0 else one
@@ -140,9 +146,10 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, rows, m
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
         fill(ranks, math.inf)
+        fill(obstruction.ranks, math.inf)
         task = make_task(T, weights, tolerances, tuning.task_frame)
         assign(work.weights, weights)
-        preferences = Preferences(reference, joint_weights, posture if given > 0 else reference)
+        preferences = Preferences(reference, joint_weights, posture if given > 0 else reference, obstruction)
         status, steps, attempts, found, position_error, orientation_error = search(
             geometry, starts, reach, task, tuning, preferences, began, Solutions(kept, ranks), work, recorder
         )

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, BEYOND_TOLERANCE, judge
+from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, BEYOND_TOLERANCE, TOUCHING, judge
 from ros_ik_pkg.ik.descent.closest_approach import approach
 from ros_ik_pkg.ik.descent.descent import CONVERGED, DEADLINE, DIVERGED, OSCILLATING, PAUSED, STALLED, descend
 from ros_ik_pkg.ik.descent.objectives import NONE
@@ -30,6 +30,7 @@ from ros_ik_pkg.ik.step.methods import TRANSPOSE, joint_step_cap
 
 UNREACHABLE = int(Status.UNREACHABLE)
 JOINT_JUMP = int(Status.JOINT_JUMP)
+COLLISION = int(Status.COLLISION)
 FIRST, NEAREST, ALL = range(3)
 BY_METHOD, TO_TOLERANCE, FROM_SEED = range(3)  # kinds of attempts
 
@@ -84,12 +85,12 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
     """Search from work.q since the time `began`; leave the solution, or the closest approach, in work.q.
 
     Returns (status, steps, attempts, number of accepted solutions, position error [m], orientation error [rad]).
-    `solutions` receives the nearest distinct ones that were found.
+    `solutions` receives the nearest distinct ones that were found, `preferences.obstruction` those that touch.
     """
     plan = make_plan(geometry, reach, task, tuning, began)
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     best_norm, status_of_best = math.inf, STALLED
-    steps, found, last_news, last_closer, nearest_of_starts, late = 0, 0, 0, 0, -1, False
+    steps, found, touching, last_news, last_closer, nearest_of_starts, late = 0, 0, 0, 0, 0, -1, False
     taken, attempts, restarts, kind, eased = 0, 0, 0, BY_METHOD, False
     assign(work.seed, work.q)
     assign(work.best, work.q)
@@ -123,13 +124,17 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             steps += more
             if moved:
                 position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
-            verdict = judge(tuning, preferences.reference, position_error, orientation_error, work.q)
+            verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
             if verdict == ACCEPTED and int(tuning.choice) == FIRST:
                 assign(solutions.rows[0], work.q)
                 return CONVERGED, steps, attempts, 1, position_error, orientation_error
             if verdict == BEYOND_TOLERANCE:  # by the rounding of whole turns
                 best_norm, status_of_best = 0.0, STALLED
                 assign(work.best, work.q)
+            elif verdict == TOUCHING:
+                rank, known = rank_solution(work.q, ACCEPTED, preferences), touching
+                touching = keep_solution(geometry, work.q, rank, preferences.obstruction, touching)
+                last_closer = attempts if touching > known else last_closer
             else:
                 before, rank = solutions.ranks[0], rank_solution(work.q, verdict, preferences)
                 count = keep_solution(geometry, work.q, rank, solutions, found)
@@ -161,7 +166,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             if tuning.respect_limits > 0.0:  # starts are kept in single precision
                 clip(geometry, work.q)
         taken = 0
-    if found == 0 and int(tuning.max_attempts) != 1:
+    if found == 0 and touching == 0 and int(tuning.max_attempts) != 1:
         assign(work.q, work.best)
         if not late and (plan.finish_by_lm or plan.budget < 1.0):
             more, late = come_closest(geometry, task, tuning, plan, attempts, work, recorder)
@@ -170,14 +175,20 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             status_of_best = STALLED if status_of_best in (DIVERGED, OSCILLATING) else status_of_best
         unwrap(geometry, work.q, preferences.reference)
         position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
-        verdict = judge(tuning, preferences.reference, position_error, orientation_error, work.q)
-        if verdict != BEYOND_TOLERANCE:
+        verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
+        if verdict == TOUCHING:
+            rank = rank_solution(work.q, ACCEPTED, preferences)
+            touching = keep_solution(geometry, work.q, rank, preferences.obstruction, 0)
+        elif verdict != BEYOND_TOLERANCE:
             found = keep_solution(geometry, work.q, rank_solution(work.q, verdict, preferences), solutions, 0)
         else:
             status_of_best = DEADLINE if late else UNREACHABLE if plan.hopeless else status_of_best
-    if found > 0:
+    if found > 0 and (solutions.ranks[0] < NOT_ACCEPTED or touching == 0):
         assign(work.q, solutions.rows[0])
         status_of_best = CONVERGED if solutions.ranks[0] < NOT_ACCEPTED else JOINT_JUMP
+    elif touching > 0:
+        assign(work.q, preferences.obstruction.rows[0])
+        status_of_best = COLLISION
     position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
     return (
         status_of_best, steps, attempts, count_accepted(solutions.ranks, found), position_error, orientation_error,

@@ -9,14 +9,14 @@ from rclpy.clock import ROSClock
 
 from ros_ik_pkg.ik import Arm, Status, solve
 from ros_ik_pkg.ros.handling.commanded_joints import CommandedJoints
-from ros_ik_pkg.ros.handling.final_check import errors_of, fault_of_command
+from ros_ik_pkg.ros.handling.final_check import contact_of, errors_of, fault_of_command
 from ros_ik_pkg.ros.handling.result import CLOSEST, INTERNAL_ERROR, SOLUTION, SOLVED, STEP, Command, Result
 from ros_ik_pkg.ros.handling.velocity_limiting import StepError, StepTimer, limited_step, reach_of_step
 from ros_ik_pkg.ros.interface.parameters import Settings
 
 # Failures after which nothing is published even with out_of_reach: closest. After a step that was not finite nothing
-# about the solve is to be trusted, and answers beyond max_joint_jump are there, but not wanted.
-HELD = frozenset({Status.NOT_FINITE.label, Status.JOINT_JUMP.label, INTERNAL_ERROR})
+# about the solve is to be trusted, and answers beyond max_joint_jump, or that touch, are there, but not wanted.
+HELD = frozenset({Status.NOT_FINITE.label, Status.JOINT_JUMP.label, Status.COLLISION.label, INTERNAL_ERROR})
 
 
 class Commands:
@@ -63,6 +63,11 @@ class Commands:
         if command.errors and (fault := fault_of_command(command.q, result.arm, settings.options)):
             result.fail(INTERNAL_ERROR, f'internal error: a command did not pass the last check, {fault}')
             return
+        # So has its contact, if nothing but itself is published.
+        if (command.errors or settings.check_motion) and (contact := contact_of(
+                command.q, start, result.room, settings.options, settings.check_motion)):
+            result.fail(Status.COLLISION.label, f'not published: {contact}')
+            return
         self.last = command.q
         result.command = command
         if command.fraction is not None and command.fraction < 1.0:
@@ -104,7 +109,7 @@ class Commands:
 
 def closest_approach(result: Result, start: np.ndarray, settings: Settings) -> np.ndarray:
     """Return how near the joints come from where they are (n,); the search looks everywhere, at other postures too."""
-    options = replace(settings.options, max_attempts=0, choice='first')
+    options = replace(settings.options, max_attempts=0, choice='first', avoid_collisions=False)
     return solve(result.arm, result.base_from_target, start, options).q
 
 

@@ -10,8 +10,11 @@ import math
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik import Arm, SolveOptions
+from ros_ik_pkg.ik import Arm, Contact, SolveOptions
+from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ik.search.final_check import ROUNDING, passes
+
+MOTION_STEP = 0.02  # rad or m of the joint that moves most, between two looks at a motion
 
 
 def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> str:
@@ -38,6 +41,38 @@ def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
     limits = zip(arm.joint_names, arm.lower.tolist(), positions, arm.upper.tolist())
     outside = [name for name, lower, position, upper in limits if not lower <= position <= upper]
     return f'{", ".join(outside)} outside the limits' if outside else ''
+
+
+def contact_of(
+    q: np.ndarray, start: np.ndarray | None, room: Room | None, options: SolveOptions, whole_motion: bool = False
+) -> str:
+    """Say what touches at q (n,), or on the straight line of the joints from `start` to q if `whole_motion` counts;
+    empty if nothing does. By coal, which shares nothing with the search.
+
+    An arm that touches something at `start` may go where it touches less.
+    """
+    if room is None:
+        return ''
+    meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
+    steps = [q]
+    if whole_motion and start is not None:
+        count = max(1, math.ceil(float(np.abs(q - start).max()) / MOTION_STEP))
+        steps = [start + (k / count) * (q - start) for k in range(1, count)] + [q]
+    for step in steps:
+        if room.is_clear(step, margin, meshes):
+            continue
+        contact = room.look(step, meshes)
+        if start is not None and room.look(start, meshes).clearance < min(contact.clearance, margin):
+            continue
+        where = '' if step is q else ' on the way there'
+        return f'{" and ".join(contact.links)} {describe(contact)}{where}'
+    return ''
+
+
+def describe(contact: Contact) -> str:
+    """Say how near two things are."""
+    depth = contact.clearance
+    return f'are {1e3 * depth:.3g} mm apart' if depth > 0.0 else f'touch, {-1e3 * depth:.3g} mm deep'
 
 
 def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[float, float]:

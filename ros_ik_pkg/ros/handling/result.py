@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ros_ik_pkg.ik import Arm, Solution
+from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ros.handling.velocity_limiting import travel_time
 from ros_ik_pkg.ros.input.target import Target
 
@@ -59,6 +60,11 @@ class Result:
     base_from_target: np.ndarray | None = None
     seed: np.ndarray | None = None
     command: Command | None = None
+
+    @property
+    def room(self) -> Room | None:
+        """What the arm was kept clear of, None if contact did not count."""
+        return None if self.solution is None else self.solution.room
 
     def fail(self, status: str, reason: str) -> None:
         """Take back what was called solved."""

@@ -7,14 +7,17 @@ from collections.abc import Callable
 
 import numpy as np
 from rclpy.clock import ROSClock
+from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, Solution, Status, solve
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.commands import Commands
-from ros_ik_pkg.ros.handling.final_check import fault_of
+from ros_ik_pkg.ros.handling.final_check import contact_of, describe, fault_of
 from ros_ik_pkg.ros.handling.held_posture import HeldPosture
 from ros_ik_pkg.ros.handling.joint_state_check import DoubtedError, JointStateCheck
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED, Result
+from ros_ik_pkg.ros.handling.surroundings import Surroundings
 from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.pose import target_pose
 from ros_ik_pkg.ros.input.refusal import RefusedError
@@ -44,6 +47,7 @@ class TargetHandler:
         self._clock = clock
         self._commands = Commands(clock)
         self._posture = HeldPosture()
+        self.surroundings = Surroundings(joint_states)
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use these settings and this arm from the next target on."""
@@ -103,16 +107,27 @@ class TargetHandler:
         options = self.settings.options
         start = self._start(arm, seed)
         reference = self._reference(arm, seed, start)
-        solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace)
+        world, room_notes = self.surroundings.world(arm, self.settings)
+        solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace, world)
         outcome, status, reason = _judge(solution, base_from_target, arm, self.settings)
         if solution.seed_clipped:
             seed_notes += ('seed outside the limits brought inside', *_degrees_note(arm, seed))
         result = Result(
-            target, outcome, status, reason, options.method, arm, solution, notes + frame_notes + seed_notes,
-            base_from_target, seed,
+            target, outcome, status, reason, options.method, arm, solution,
+            notes + frame_notes + seed_notes + room_notes, base_from_target, seed,
         )
         self._commands.complete(result, start, reference, self.settings)
         return result
+
+    def take_obstacles(self, message: MarkerArray) -> list[str]:
+        """Take the obstacles of a message; return why some are left aside."""
+
+        def place(header: Header) -> np.ndarray:
+            if self.arm is None:
+                raise RefusedError('no_robot', self._awaited())
+            return self._base_from_frame(header, self.arm, math.inf)[0]
+
+        return self.surroundings.markers.take(message, place)
 
     def _refuse_stale(self, target: Target) -> None:
         """Refuse a target whose stamp is too far from now; a stamp of 0 is now."""
@@ -129,7 +144,9 @@ class TargetHandler:
                 'machines differ, or one of the nodes runs on simulated time (use_sim_time)',
             )
 
-    def _base_from_frame(self, target: Target, arm: Arm, waited: float) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    def _base_from_frame(
+        self, target: Target | Header, arm: Arm, waited: float
+    ) -> tuple[np.ndarray | None, tuple[str, ...]]:
         """Return the pose (4, 4) of the frame of the target in the base frame, be it of the robot or of TF."""
         frame = target.frame_id.removeprefix('/')
         if frame in ('', arm.base_frame):
@@ -207,6 +224,8 @@ def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings)
         return FAILED, solution.status.label, _why(solution, arm, settings)
     if fault := fault_of(solution.q, target, arm, settings.options):
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
+    if contact := contact_of(solution.q, None, solution.room, settings.options):
+        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {contact}'
     return CONVERGED
 
 
@@ -217,6 +236,9 @@ def _why(solution: Solution, arm: Arm, settings: Settings) -> str:
         (f'the best of {solution.attempts} attempts' if solution.attempts > 1 else 'the tip')
         + f' is {solution.position_error:.3g} m and {solution.orientation_error:.3g} rad off',
     ]
+    if solution.status == Status.COLLISION:
+        links = ' and '.join(solution.nearest_links)
+        return f'{solution.status.text}; in the least bad one {links} {describe(solution.contact)}'
     rows = np.count_nonzero(settings.options.task_weights)
     if arm.n < rows:
         parts.append(f'the arm has {arm.n} joints, fewer than the {rows} rows of the task: it cannot reach most poses; '

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ros_ik_pkg.ik import Arm, IkError, ModelError, load_arm
 from ros_ik_pkg.ik.arm import parse_held
 from ros_ik_pkg.ik.model.sources import parse_xacro_args, read_tree
@@ -16,6 +18,8 @@ class RobotSource:
         self._topic = f'topic {topic}'
         self.topic_text = ''  # the last that was URDF
         self.rejected = ''  # why the newest text of the topic is not used
+        self.semantic = ''  # SRDF of its topic
+        self.semantic_fault = ''  # why it is not used
 
     def take(self, text: str) -> str:
         """Use a text of the topic from now on and return its robot's name; raise ModelError if it is not URDF.
@@ -42,12 +46,26 @@ class RobotSource:
         if not source:
             return None
         try:
-            return load_arm(
+            arm = load_arm(
                 source, settings.base_frame or None, settings.tip_frame or None, limits=settings.limits,
                 joint_limits=settings.joint_limits, held=parse_held(settings.held_joints),
-                xacro_args=parse_xacro_args(settings.xacro_args))
+                xacro_args=parse_xacro_args(settings.xacro_args), srdf=settings.srdf or None)
+            return self._with_semantic(arm, settings)
         except ModelError as error:
             raise ModelError(f'{self._described(settings)}: {error}') from error
+
+    def _with_semantic(self, arm: Arm, settings: Settings) -> Arm:
+        """Return the arm with the SRDF of the topic, if no parameter names one and it is for this robot."""
+        self.semantic_fault = ''
+        if settings.srdf or not self.semantic or not settings.options.avoid_collisions:
+            return arm
+        try:
+            with_srdf = replace(arm, srdf=self.semantic)
+            _ = with_srdf.contacts
+        except ModelError as error:
+            self.semantic_fault = shorten(f'robot_description_semantic is not used: {error}', 1000)
+            return arm
+        return with_srdf
 
     def awaited(self) -> str:
         """Say why there is no robot although none is named by a parameter."""

@@ -13,12 +13,14 @@ from ros_ik_pkg.ros.interface.parameters import (
     COMPARE_OPTION,
     FRAME_OPTIONS,
     HEALTH_OPTIONS,
+    ROOM_OPTIONS,
     SEED_OPTIONS,
     STREAM_OPTIONS,
 )
 
 SECTIONS = {
     'Robot': ARM_OPTIONS,
+    'Room': ROOM_OPTIONS,
     'Frames': FRAME_OPTIONS,
     'Solve': OPTIONS,
     'Seed': SEED_OPTIONS,

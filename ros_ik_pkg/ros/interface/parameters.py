@@ -60,6 +60,16 @@ ARM_OPTIONS = (
     _node_option('held_joints', (), 'joints that do not move, each NAME (at its home position) or NAME:=POSITION '
                  '[rad, m]'),
     _node_option('xacro_args', (), 'arguments of a .xacro file, each NAME:=VALUE'),
+    _node_option('srdf', '', 'which links may touch: path, URI or text of an SRDF; empty: the topic '
+                 'robot_description_semantic, else derived from the shapes'),
+)  # fmt: skip
+NO_GROUND = -1000.0
+ROOM_OPTIONS = (
+    _node_option('ground', NO_GROUND, f'height of a floor in the base frame; {NO_GROUND:g}: none', unit='m',
+                 minimum=NO_GROUND, maximum=1000.0),
+    _node_option('obstacles_file', '', 'obstacles: path or URI of a .yaml file, or its text'),
+    _node_option('check_motion', False, 'whether the straight line of the joints from where they are to what is '
+                 'published must be clear of contact too'),
 )  # fmt: skip
 FRAME_OPTIONS = (
     Option('tf_timeout', 'tf_timeout', 0.1, 'longest wait for the transform of a target whose frame the robot does '
@@ -103,7 +113,7 @@ HEALTH_OPTIONS = (
                   'joint states', 's'),
     _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
-NODE_OPTIONS = (*ARM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
+NODE_OPTIONS = (*ARM_OPTIONS, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
 PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *HEALTH_OPTIONS)}
 ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
 
@@ -121,6 +131,10 @@ class Settings:
     joint_limits: str
     held_joints: tuple[str, ...]
     xacro_args: tuple[str, ...]
+    srdf: str
+    ground: float
+    obstacles_file: str
+    check_motion: bool
     tf_timeout: float
     seed_source: str
     home_until_joint_states: bool

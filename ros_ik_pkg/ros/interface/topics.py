@@ -59,6 +59,13 @@ JOINT_STATES = Topic(
 ROBOT_DESCRIPTION = Topic(
     'robot_description', String, 'in', 'URDF, used when the parameters name no robot', latched=True
 )
+ROBOT_DESCRIPTION_SEMANTIC = Topic(
+    'robot_description_semantic', String, 'in', 'SRDF, used when the parameter srdf is empty', latched=True
+)
+OBSTACLES = Topic(
+    'obstacles', MarkerArray, 'in', 'boxes, spheres and cylinders that the arm must stay clear of', depth=100
+)
+CONTACTS = Topic('~/contacts', MarkerArray, 'out', 'the two nearest points of an answer, red if they touch', depth=10)
 SOLUTION = Topic(
     '~/solution', JointState, 'out', 'answers within tolerance and limits; what else, parameters must ask for', depth=10
 )
@@ -84,6 +91,8 @@ TOPICS = (
     TARGET_POSE,
     JOINT_STATES,
     ROBOT_DESCRIPTION,
+    ROBOT_DESCRIPTION_SEMANTIC,
+    OBSTACLES,
     SOLUTION,
     JOINT_TRAJECTORY,
     POSITION_COMMANDS,
@@ -93,6 +102,7 @@ TOPICS = (
     TCP_PATH,
     COMPARISON,
     COMPARISON_PATHS,
+    CONTACTS,
     DIAGNOSTICS,
 )
 

@@ -7,6 +7,7 @@ from rclpy.node import Node
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.ros.handling.result import Result
 from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.output.contact_markers import contact_markers
 from ros_ik_pkg.ros.output.messages import (
     commands_message,
     path_message,
@@ -35,6 +36,7 @@ class Publishers:
         self._iterations = Publisher(node, topics.ITERATIONS)
         self.trace = Publisher(node, topics.TRACE)
         self._tcp_path = Publisher(node, topics.TCP_PATH)
+        self._contacts = Publisher(node, topics.CONTACTS)
         self._writer: SolutionWriter | None = None
         self._arm: Arm | None = None  # of the writer
         self.reports: BackgroundWorker[Result] = BackgroundWorker(node, 'reports', self._report, REPORTS)
@@ -69,11 +71,18 @@ class Publishers:
         """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""
         if self._result.heard:
             self._result.publish(result_message(result, self._name))
-        if result.solution is not None and result.solution.trace is not None:
+        if result.solution is not None and (result.solution.trace is not None or self._wants_contact(result)):
             self.reports.submit(result)
 
+    def _wants_contact(self, result: Result) -> bool:
+        return self._contacts.heard and result.room is not None
+
     def _report(self, result: Result) -> None:
-        """Publish the iterations of an answer."""
+        """Publish contact and iterations of an answer."""
+        if self._wants_contact(result):
+            self._contacts.publish(contact_markers(result))
+        if result.solution.trace is None:
+            return
         if self.trace.heard:
             self.trace.publish(trace_message(result, result.solution.trace, result.method, 'solve'))
         if self._tcp_path.heard:

@@ -1,0 +1,57 @@
+"""What stands in the way of a solution: configurations that hold the task and touch something count as none."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_ik_pkg.ik.collision.scene import cut_placed, first_contact, scene_memory, unpack_scene
+from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.data_layout import packed_size
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
+
+MOST_TOUCHING = 8  # configurations that are kept, for an exact look and for the report of a failure
+
+
+class Obstruction(NamedTuple):
+    """A packed scene, and the configurations that hold the task but are not clear of contact."""
+
+    scene: np.ndarray  # of length 0 if contact does not count
+    memory: np.ndarray
+    rows: np.ndarray  # (MOST_TOUCHING, n) the nearest ones
+    ranks: np.ndarray  # (MOST_TOUCHING,)
+
+
+@inlined
+def obstruction_size(model):
+    """Return how many numbers make_obstruction cuts up."""
+    start = packed_size(model)
+    scene = shaped(model, start, (len(model) - start,))
+    return scene_memory(scene) + MOST_TOUCHING * (int(model[0]) + 1)
+
+
+@inlined
+def make_obstruction(model, memory, touching):
+    """Cut an Obstruction from a block of memory, which writes to `touching` if that has rows; for kernels only."""
+    n, start = int(model[0]), packed_size(model)
+    scene = shaped(model, start, (len(model) - start,))
+    a = scene_memory(scene)
+    b = a + MOST_TOUCHING * n
+    own = shaped(memory, a, (MOST_TOUCHING, n))
+    return Obstruction(
+        scene, shaped(memory, 0, (a,)), touching if len(touching) > 0 else own, shaped(memory, b, (MOST_TOUCHING,)),
+    )  # fmt: skip
+
+
+@inlined
+def touches(obstruction, margin, q):
+    """Return whether q is not for certain clear of contact by more than `margin` [m]."""
+    return len(obstruction.scene) > 0 and in_contact(obstruction.scene, obstruction.memory, margin, q)
+
+
+@kernel
+def in_contact(packed, memory, margin, q):
+    """Do what `touches` says."""
+    scene = unpack_scene(packed)
+    return first_contact(scene, q, margin, cut_placed(scene, memory)) >= 0

@@ -1,0 +1,70 @@
+"""SRDF: which pairs of links may touch, as MoveIt's setup assistant writes it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.model.sources import BLANK, path_of
+from ros_ik_pkg.ik.model.tree import Tree
+from ros_ik_pkg.ik.model.urdf import MAX_BYTES, parse_xml
+
+Allowed = dict[frozenset[str], str]
+
+
+def read_srdf(source: str | os.PathLike[str], tree: Tree) -> Allowed:
+    """Return the pairs of links that an SRDF allows to touch, each with its reason.
+
+    Parameters
+    ----------
+    source : str or path
+        Path or URI (package://, file://) of an SRDF, or its text.
+    tree : Tree
+        The robot that it must be for.
+
+    Raises
+    ------
+    ModelError
+        Where it cannot be read, or is for another robot.
+
+    """
+    robot = parse_xml(_text_of(source))
+    if robot.tag != 'robot':
+        raise ModelError(f'SRDF: the root element is <{robot.tag}>; expected <robot>')
+    pairs: Allowed = {}
+    for element in robot.findall('disable_collisions'):
+        one, other = (element.get(key, '').strip() for key in ('link1', 'link2'))
+        if not one or not other:
+            raise ModelError('SRDF: <disable_collisions> needs link1 and link2')
+        pairs[frozenset((one, other))] = element.get('reason', '').strip() or 'no reason given'
+    _refuse_other_robot(robot, pairs, tree)
+    return {pair: f'SRDF: {reason}' for pair, reason in pairs.items() if pair <= set(tree.links)}
+
+
+def _text_of(source: str | os.PathLike[str]) -> str | bytes:
+    """Return the document."""
+    if isinstance(source, str) and source.lstrip(BLANK).startswith('<'):
+        return source.lstrip(BLANK)
+    try:
+        path: Path = path_of(source)
+        if path.exists() and not path.is_file():
+            raise ModelError(f'SRDF {str(source)!r} is no regular file')
+        with path.open('rb') as file:
+            return file.read(MAX_BYTES + 1)
+    except (OSError, TypeError, ValueError, RuntimeError) as error:
+        if isinstance(error, ModelError):
+            raise
+        raise ModelError(f'cannot read the SRDF {str(source)!r}: {error}') from error
+
+
+def _refuse_other_robot(robot: ElementTree.Element, pairs: Allowed, tree: Tree) -> None:
+    """Raise ModelError where the SRDF's name and links are not those of the robot; one without pairs does no harm."""
+    name, links = robot.get('name', ''), {link for pair in pairs for link in pair}
+    unknown = sorted(links - set(tree.links))
+    if pairs and name != tree.name:
+        raise ModelError(f'the SRDF is for robot {name!r}; expected one for {tree.name!r}')
+    if 2 * len(unknown) > len(links):
+        raise ModelError(f'the SRDF names {len(unknown)} of {len(links)} links that robot {tree.name!r} does not '
+                         f'have, such as {unknown[0]!r}; is it for another robot?')
