@@ -121,9 +121,9 @@ def solve(
         if row[STATUS - WIDTH] == NOT_COMPILED:
             raise NotCompiledError(STILL_COMPILING)
         raise _argument_error(arm, options, target, seed, seed)
-    if row[STATUS - WIDTH] == Status.COLLISION:
+    if room is not None and row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
         return _solve_at_length(arm, target, seed, options, None, False, room, model)
-    return Solution(row, room=room)
+    return Solution(row, None, None, room)
 
 
 def use_usual(usual: bool) -> None:
