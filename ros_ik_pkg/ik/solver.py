@@ -43,6 +43,7 @@ FLOAT = np.dtype(np.float64)
 POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
+GRAZING = 1e-4  # [m] by which coal must find clear what the bound does not
 STILL_COMPILING = 'the solver is still being compiled: so far without null_space, max_joint_jump and velocity_limiting'
 
 one_target = solve_one  # or solve_usual, until that is compiled
@@ -164,7 +165,9 @@ def _take_best(
     """Write to `row` the first configuration of `touching` (k, n) that coal finds clear after all, for the search is
     never wrong about what is clear, but now and then about what touches; else the one that touches least."""
     meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
-    clear = [q for q in touching if room.is_clear(q, margin, meshes)]
+    # Two questions to coal, which now and then takes what only just touches for clear.
+    clear = [q for q in touching
+             if room.is_clear(q, margin + GRAZING, meshes) and room.look(q, meshes).clearance > margin + GRAZING]
     best = clear[0] if clear else max(touching, key=lambda q: room.look(q, meshes).clearance)
     lone = replace(options, choice='first', max_attempts=1, max_iterations=0, null_space='none')
     one = np.empty_like(row)
