@@ -55,6 +55,7 @@ _OTHER_STATUSES = {
     'pl': {
         Status.DEADLINE: 'przekracza dozwolony czas',
         Status.UNREACHABLE: 'nie sięga celu: każde zejście kończy się w pewnej odległości od niego',
+        Status.COLLISION: 'ma rozwiązania, lecz każde dotyka robota albo otoczenia',
         Status.JOINT_JUMP: 'ma rozwiązania, lecz każde leży dalej niż pozwala max_joint_jump',
     }
 }

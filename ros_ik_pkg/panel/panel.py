@@ -120,13 +120,13 @@ class Panel:
         if not values[COMPARE]:
             self._parameters.changed.setdefault(COMPARE, self._controls.parameters.compared)
         self._controls.parameters.show(self._parameters.shown)
-        robot = {name: self._parameters.shown[name] for name in ROBOT_PARAMETERS}
+        robot = robots.robot_of(self._parameters.shown)
         if robot != self._robot and not self._take_robot(robot):
             return
         self._link.answers.renew()
         self._send_parameters(self._parameters.changed)
 
-    def _take_robot(self, robot: dict[str, str]) -> bool:
+    def _take_robot(self, robot: dict[str, Any]) -> bool:
         """Show the node's robot; if it cannot be read here, tell the user what to do."""
         try:
             arm = robots.load(robot)
@@ -270,7 +270,7 @@ class Panel:
             raise ArgumentError(f'{error}' if origin in str(error) else f'{origin}: {error}') from error
         self._switch(parameters, self._robots.add(parameters, name))
 
-    def _switch(self, parameters: dict[str, str], name: str) -> None:
+    def _switch(self, parameters: dict[str, Any], name: str) -> None:
         """Show another robot and hand it to the node, together with a posture that no longer fits."""
         arm = robots.load(parameters)
         self._robot, self._name = parameters, name

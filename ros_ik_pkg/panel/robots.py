@@ -3,27 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from ros_ik_pkg.ik import ArgumentError, Arm, load_arm
+from ros_ik_pkg.ik.arm import parse_held
+from ros_ik_pkg.ik.model.sources import parse_xacro_args
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.input.robot_source import urdf_text
+from ros_ik_pkg.ros.interface.parameters import ARM_OPTIONS
 
 SHIPPED = ('puma560', 'ur5', 'panda', 'iiwa14')
-ROBOT_PARAMETERS = ('robot', 'robot_description', 'base_frame', 'tip_frame')
+ROBOT_PARAMETERS = tuple(option.ros_name for option in ARM_OPTIONS)
 
 
-def parameters_of(robot: str = '', robot_description: str = '') -> dict[str, str]:
+def parameters_of(robot: str = '', robot_description: str = '') -> dict[str, Any]:
     """Return the node's parameters for a robot by name, path or URDF text, from its root to its end."""
-    return {'robot': robot, 'robot_description': robot_description, 'base_frame': '', 'tip_frame': ''}
+    defaults = {option.ros_name: option.default for option in ARM_OPTIONS}
+    return defaults | {'robot': robot, 'robot_description': robot_description}
 
 
-def load(parameters: Mapping[str, str]) -> Arm:
+def robot_of(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of the robot among those of a node, whose lists may be lists or tuples."""
+    robot = {name: values[name] for name in ROBOT_PARAMETERS}
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in robot.items()}
+
+
+def load(parameters: Mapping[str, Any]) -> Arm:
     """Return the arm of the parameters, as the node loads it; raises IkError if that is impossible here."""
     description, robot = parameters['robot_description'], parameters['robot']
     if not robot and not description:
         raise ArgumentError('the node takes its robot from the topic robot_description')
     source = urdf_text(description, 'robot_description') if description else robot
-    return load_arm(source, parameters['base_frame'] or None, parameters['tip_frame'] or None)
+    return load_arm(
+        source, parameters['base_frame'] or None, parameters['tip_frame'] or None, limits=parameters['limits'],
+        joint_limits=parameters['joint_limits'], held=parse_held(parameters['held_joints']),
+        xacro_args=parse_xacro_args(parameters['xacro_args']),
+    )  # fmt: skip
 
 
 class Robots:
@@ -37,13 +52,13 @@ class Robots:
         """Return the names to choose from."""
         return tuple(self._parameters)
 
-    def parameters(self, name: str) -> dict[str, str]:
+    def parameters(self, name: str) -> dict[str, Any]:
         """Return the parameters of a robot; a page may send any text, a path too, which is refused."""
         if name not in self._parameters:
             raise ArgumentError(f'no robot {shorten(name, 60)!r}; expected one of {", ".join(self.names)}')
         return self._parameters[name]
 
-    def add(self, parameters: Mapping[str, str], name: str) -> str:
+    def add(self, parameters: Mapping[str, Any], name: str) -> str:
         """Add a robot and return its name, with a number if the name is taken."""
         name, number = name or 'robot', 1
         label = name

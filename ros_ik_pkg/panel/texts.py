@@ -135,6 +135,7 @@ _STATUSES = {
         Status.DEADLINE.label: 'brak czasu',
         Status.UNREACHABLE.label: 'poza zasięgiem',
         Status.JOINT_JUMP.label: 'za duży skok',
+        Status.COLLISION.label: 'kolizja',
     },
     'en': {Status.MAX_ITERATIONS.label: 'out of steps'},  # the label is too long for the column
 }
@@ -148,6 +149,7 @@ _REASONS = {
     Status.NOT_FINITE.label: 'krok nie był liczbą skończoną: jakobian jest osobliwy, a metoda nie ma tłumienia',
     Status.DEADLINE.label: 'skończył się czas',
     Status.JOINT_JUMP.label: 'rozwiązania istnieją, lecz każde leży dalej niż pozwala max_joint_jump',
+    Status.COLLISION.label: 'każde rozwiązanie dotyka robota albo otoczenia',
     'joint_states': 'brak dobrych pozycji przegubów',
     'no_robot': 'nie ma jeszcze robota',
     'frame': 'nieznany układ współrzędnych',
@@ -157,6 +159,8 @@ _REASONS = {
     'stale': 'cel jest przestarzały',
     'future': 'czas celu leży w przyszłości',
     'argument': 'zły argument',
+    'superseded': 'nowsze polecenie zajęło jego miejsce',
+    'not_compiled': 'solver jest jeszcze kompilowany',
     'internal_error': 'błąd wewnętrzny',
 }
 

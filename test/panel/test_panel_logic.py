@@ -18,7 +18,8 @@ viser = pytest.importorskip('viser', reason='viser is not installed: scripts/pan
 pytestmark = [allow_lark, pytest.mark.once]
 
 NODE = {
-    'robot': 'puma560', 'robot_description': '', 'base_frame': '', 'tip_frame': '', 'method': 'adaptive_dls',
+    'robot': 'puma560', 'robot_description': '', 'base_frame': '', 'tip_frame': '', 'limits': 'soft',
+    'joint_limits': '', 'held_joints': [], 'xacro_args': [], 'srdf': '', 'method': 'adaptive_dls',
     'max_iterations': 700, 'step_size': 1.0, 'dls.damping': 2.5, 'adaptive_dls.damping': 1e-3,
     'adaptive_dls.gain': 0.2, 'sdls.max_step': 0.7, 'position_tolerance': 3e-5, 'orientation_tolerance': 1e-3,
     'compare': [],
@@ -402,3 +403,12 @@ def test_the_cameras_follow_a_robot_of_another_size_and_a_target_far_away_alone(
     camera.begin(0.5, 0.0)
     camera.follow(np.array([0.2, 0.0, 0.2]))
     np.testing.assert_allclose(server.initial_camera.position, 0.5 * first)
+
+
+def test_a_joint_that_the_node_holds_is_no_joint_of_the_page(panel):
+    panel._link.values |= {'robot': 'ur5', 'held_joints': ['wrist_3_joint:=0.5']}
+    ticks(panel)
+    assert panel._arm.n == 5 and 'wrist_3_joint' not in panel._arm.joint_names
+    assert len(panel._controls._seed._sliders) == 5
+    panel.choose_robot('puma560')
+    assert list(panel._link.values['held_joints']) == []
