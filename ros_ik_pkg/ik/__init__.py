@@ -5,6 +5,9 @@ from ros_ik_pkg.ik.compilation import Compilation, warm_up
 from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
+from ros_ik_pkg.ik.path.path_options import PATH_OPTIONS, PathOptions
+from ros_ik_pkg.ik.path.path_solution import BreakReason, PathBreak, PathSolution
+from ros_ik_pkg.ik.path.solve_path import solve_path
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
 from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch
 
@@ -12,15 +15,20 @@ __all__ = [
     'CHOICES',
     'METHODS',
     'OPTIONS',
+    'PATH_OPTIONS',
     'TRACE_COLUMNS',
     'ArgumentError',
     'Arm',
     'BatchSolution',
+    'BreakReason',
     'Compilation',
     'IkError',
     'ModelError',
     'NotCompiledError',
     'OptionError',
+    'PathBreak',
+    'PathOptions',
+    'PathSolution',
     'Solution',
     'SolveOptions',
     'Status',
@@ -29,5 +37,6 @@ __all__ = [
     'robot_names',
     'solve',
     'solve_batch',
+    'solve_path',
     'warm_up',
 ]  # fmt: skip
