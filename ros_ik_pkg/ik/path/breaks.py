@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ros_ik_pkg.ik.path.joint_path import JointPath, Problem
+from ros_ik_pkg.ik.path.joint_path import TURN, JointPath, Problem
 from ros_ik_pkg.ik.path.path_solution import BreakReason, PathBreak
 from ros_ik_pkg.ik.solver import solve
 from ros_ik_pkg.ik.text import list_names
@@ -40,17 +40,19 @@ def find_break(problem: Problem, path: JointPath) -> PathBreak:
         return PathBreak(place, BreakReason.CONTACT, f'every solution of {where} is in contact')
     ahead = solve(problem.arm, pose, seed, replace(free, max_attempts=1))
     singular = float(np.linalg.svd(problem.arm.jacobian(seed), compute_uv=False)[-1])
-    step = np.abs(ahead.q - seed)
+    turns = np.round((ahead.q - seed) / TURN) * (problem.arm.wraps != 0)
+    q = ahead.q - TURN * turns
+    step = np.abs(q - seed)
     if ahead.converged and step.max() <= FAR:
         lower, upper = problem.limits
-        if np.any((ahead.q < lower) | (ahead.q > upper)):
+        if np.any((q < lower) | (q > upper)):
             return PathBreak(place, BreakReason.LIMIT, f'a joint comes to its limit before {where}'
-                             f'{_beyond(problem, ahead.q)}')
+                             f'{_beyond(problem, q)}')
         fast = step > problem.most_steps[k - 1]
         if fast.any():
             names = list_names(np.array(problem.arm.joint_names)[fast])
             return PathBreak(place, BreakReason.VELOCITY, f'{names} would exceed the velocity limit before {where}')
-        if problem.clear is not None and not np.all(problem.clear(np.stack([ahead.q, 0.5 * (ahead.q + seed)]))):
+        if problem.clear is not None and not np.all(problem.clear(np.stack([q, 0.5 * (q + seed)]))):
             return PathBreak(place, BreakReason.CONTACT, f'the arm is in contact before {where}')
     if singular < NEARLY_SINGULAR:
         return PathBreak(place, BreakReason.SINGULARITY,

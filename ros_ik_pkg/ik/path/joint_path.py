@@ -11,16 +11,17 @@ from functools import cached_property
 import numpy as np
 
 from ros_ik_pkg.ik.arm import Arm
-from ros_ik_pkg.ik.kernel.data_layout import HEADER
+from ros_ik_pkg.ik.kernel.data_layout import HEADER, Tuning
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.path.candidates import find_candidates, normalise
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, count_parts, cut_edges, rotation_vectors
 from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.route import best_route
-from ros_ik_pkg.ik.path.smoothing import smooth
+from ros_ik_pkg.ik.path.smoothing import sharpen, smooth
 from ros_ik_pkg.ik.path.waypoints import Samples
 
 TURN = 2.0 * math.pi
+EXACT = 1e-11  # m, rad: error of the rows of the path
 CHUNK = 1000  # poses between two looks at the clock
 MOST_BRANCHES = 16  # isolated solutions of a pose, whole turns aside (Manseur and Doty 1989)
 MOST_NODES = 1024  # of a pose, whole turns included
@@ -83,6 +84,15 @@ class Problem:
         return replace(
             self.options, max_attempts=1, choice='first', deadline=0.0, max_joint_jump=0.0, null_space='none'
         ).numbers
+
+    @cached_property
+    def exact(self) -> np.ndarray:
+        """The same, as exact as double precision allows with something to spare."""
+        numbers = self.continuing.copy()
+        for name, bound in (('position_tolerance', EXACT), ('orientation_tolerance', EXACT)):
+            place = Tuning._fields.index(name)
+            numbers[place] = min(numbers[place], bound)
+        return numbers
 
     @cached_property
     def spare(self) -> bool:
@@ -217,11 +227,13 @@ def _best_route(
     weights = np.array(problem.options.joint_weights or (1.0,) * problem.arm.n)
     parents = np.empty((looked_at, candidates.shape[1] * int(np.prod(turns_apart))), np.int32)
     route = np.empty(2 * looked_at, np.int64)
-    for most in dict.fromkeys((0, problem.path.max_reconfigurations)):
+    # Best from where the joints are, if that is a solution of the first pose.
+    ways = [(True, 0)] if len(problem.seed) else []
+    for stay, most in dict.fromkeys([*ways, (False, 0), (False, problem.path.max_reconfigurations)]):
         reached, _, length = best_route(
             problem.model, problem.continuing, problem.poses, problem.turns, candidates[:looked_at],
             counts[:looked_at], lower, upper, problem.arm.wraps, turns_apart, weights, problem.most_steps,
-            problem.bounds, problem.seed, most, parents, route,
+            problem.bounds, problem.seed, stay, most, parents, route,
         )  # fmt: skip
         if reached == looked_at:
             break
@@ -308,4 +320,9 @@ def _cut(problem: Problem, q: np.ndarray, first: int) -> tuple[np.ndarray, np.nd
     total = int(parts.sum()) + 1
     rows, places, cut = np.empty((total, problem.arm.n)), np.empty(total), np.empty((total, 4, 4))
     cut_edges(problem.model, problem.continuing, poses, turns, q, problem.bounds, parts, rows, places, cut)
+    lower, upper = problem.limits
+    sharp = rows.copy()
+    sharpen(problem.model, problem.exact, cut.reshape(-1, 4), sharp)
+    inside = np.all((sharp >= lower) & (sharp <= upper), axis=1)
+    rows[inside] = sharp[inside]
     return rows, first + places, cut

@@ -14,6 +14,7 @@ import numpy as np
 from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
+from ros_ik_pkg.ik.search.solutions import SAME_ANSWER
 from ros_ik_pkg.ik.step.limits import TURN
 
 NO_PARENT = -1
@@ -23,7 +24,7 @@ RECONFIGURED = -2  # parent -2 - i: from node i of the same pose
 @compiled
 def best_route(
     model, continuing, poses, turns, candidates, counts, lower, upper, wraps, most_turns, weights, most_steps,
-    bounds, seed, most_reconfigurations, parents, route,
+    bounds, seed, stay, most_reconfigurations, parents, route,
 ):  # fmt: skip
     """Find the best route; return (poses reached, node at the last of them).
 
@@ -36,6 +37,7 @@ def best_route(
     most_steps : (N - 1, n) how far a joint may move between two poses, inf for no bound
     bounds : (4,) of the edges, see parts_of_edge
     seed : (n,) where the joints start, or (0,)
+    stay : bool, whether the path must begin at the seed, to SAME_ANSWER
     most_reconfigurations : int
     parents : (N, m V) int32 out, V the product of most_turns
     route : (2 N,) int64 out, the nodes from the first pose to the last reached, negative if the joints were
@@ -61,7 +63,7 @@ def best_route(
     between = np.empty((MOST_PARTS, n))
     reached, node = _forward(
         model, continuing, poses, turns, candidates, counts, lower, upper, wraps, digits, weights, most_steps,
-        bounds, seed, most_reconfigurations, parents, jumps, costs, pairs, states, order, memory, between,
+        bounds, seed, stay, most_reconfigurations, parents, jumps, costs, pairs, states, order, memory, between,
     )  # fmt: skip
     length = 0
     if reached > 0:
@@ -86,7 +88,7 @@ def best_route(
 @kernel
 def _forward(
     model, continuing, poses, turns, candidates, counts, lower, upper, wraps, digits, weights, most_steps, bounds,
-    seed, most_reconfigurations, parents, jumps, costs, pairs, states, order, memory, between,
+    seed, stay, most_reconfigurations, parents, jumps, costs, pairs, states, order, memory, between,
 ):  # fmt: skip
     """Fill `parents` pose by pose; return how many poses were reached and the best node at the last of them."""
     _n, total = candidates.shape[2], len(digits)
@@ -96,7 +98,7 @@ def _forward(
         for node in range(counts[k] * total):
             jumps[now, node], costs[now, node], parents[k, node] = 1 << 30, math.inf, NO_PARENT
         if k == 0:
-            begin(candidates[0], counts[0], lower, upper, wraps, digits, weights, seed, jumps[0], costs[0])
+            begin(candidates[0], counts[0], lower, upper, wraps, digits, weights, seed, stay, jumps[0], costs[0])
         else:
             for c in range(counts[k]):
                 near = collect(candidates, counts, k, c, wraps, weights, most_steps, bounds[2], pairs, states)
@@ -134,20 +136,22 @@ def within(q, upper, wraps, digits):
 
 
 @kernel
-def begin(q, count, lower, upper, wraps, digits, weights, seed, jumps, costs):
-    """Write what it costs to begin at each node of the first pose: its distance from the seed."""
+def begin(q, count, lower, upper, wraps, digits, weights, seed, stay, jumps, costs):
+    """Write what it costs to begin at each node of the first pose: its distance from the seed, if there is one."""
     total = len(digits)
     for c in range(count):
         for u in range(total):
             if not within(q[c], upper, wraps, digits[u]):
                 continue
-            square = 0.0
+            square, largest = 0.0, 0.0
             for j in range(len(seed)):
                 step = q[c, j] + TURN * digits[u, j] - seed[j]
                 if wraps[j] and not upper[j] < math.inf:
                     step -= TURN * math.floor(step / TURN + 0.5)
                 square += (weights[j] * step) ** 2
-            jumps[c * total + u], costs[c * total + u] = 0, math.sqrt(square)
+                largest = max(largest, abs(step))
+            if not stay or largest <= SAME_ANSWER:
+                jumps[c * total + u], costs[c * total + u] = 0, math.sqrt(square)
 
 
 @kernel

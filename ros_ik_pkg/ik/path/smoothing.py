@@ -1,4 +1,7 @@
-"""Shorter joint paths for arms with joints to spare: averages along the path, brought back to their poses: compiled."""
+"""Smoother joint paths, compiled: rows solved to the last digits; for joints to spare averages along the path.
+
+What tolerances leave of an error differs from row to row, and would be accelerations.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,35 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
 from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows
+
+MOST_CHANGE = 1e-2  # rad or m of a joint by which a row may move when it is solved more exactly
+
+
+@compiled
+def sharpen(model, exact, poses, q):
+    """Solve each row of q (N, n) again from itself with the options `exact`, where that leads to a solution beside it.
+
+    `poses` (4 N, 4) are those of the rows.
+    """
+    n = q.shape[1]
+    _sharpen(model, exact, poses, q, np.empty(memory_size(model, 1) + 2 * n + WIDTH))
+
+
+@kernel
+def _sharpen(model, exact, poses, q, memory):
+    """Do what sharpen says."""
+    n, size = q.shape[1], memory_size(model, 1)
+    rest, start = shaped(memory, 0, (size,)), shaped(memory, size, (n,))
+    out, nothing = shaped(memory, size + n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
+    for k in range(len(q)):
+        assign(start, q[k])
+        solve_rows(model, exact, shaped(poses, 16 * k, (4, 4)), start, start, out, nothing, nothing, rest)
+        near = out[0, n + STATUS] == 0.0
+        for j in range(n):
+            near = near and abs(out[0, j] - start[j]) < MOST_CHANGE
+        if near:
+            for j in range(n):
+                q[k, j] = out[0, j]
 
 
 @compiled

@@ -16,8 +16,10 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 
 SHORTEST = 1e-9  # rad or m of the joint path, s: less counts as nothing
 PARTS = 10  # of an interval between two poses, at whose ends limits are checked
-ROUNDS = 20
-MARGIN = 1.0 + 1e-6
+ROUNDS = 5  # of easing the limits where the spline exceeds them; what is left, the whole motion takes longer for
+CLOSE = 1.01
+AROUND = 2  # rows to either side whose limits are eased too
+MARGIN = 1.0 + 1e-9
 
 
 @compiled
@@ -33,43 +35,61 @@ def time_path(q, stops, least, velocity, acceleration):
 
     """
     count, n = q.shape
-    durations = np.empty(count - 1)
+    durations, best = np.empty(count - 1), np.empty(count - 1)
     v, a = np.zeros((count, n)), np.zeros((count, n))
     speeds, ratios, scratch = np.zeros(count), np.empty(count - 1), np.empty((2, count))
     slopes, bends = np.empty(n), np.empty(n)
     lines = np.empty((2, n + 1, 2))
-    first = 0
-    for last in range(1, count):
-        if stops[last]:
-            fastest(q, first, last, least, velocity, acceleration, speeds, slopes, bends, lines)
-            for k in range(first, last):
-                h = chord(q, k)
-                total = math.sqrt(speeds[k]) + math.sqrt(speeds[k + 1])
-                durations[k] = max(2.0 * h / total if total > 0.0 else SHORTEST, least[k], SHORTEST)
-            first = last
+    ease, less = np.ones(count), np.empty(count)
+    shortest = math.inf
     for _ in range(ROUNDS):
-        fit_spline(q, stops, durations, v, a, scratch)
-        worst = measure_limits(q, durations, v, a, velocity, acceleration, ratios)
-        if worst <= 1.0:
-            break
+        first = 0
+        for last in range(1, count):
+            if stops[last]:
+                fastest(q, first, last, least, velocity, acceleration, ease, speeds, slopes, bends, lines)
+                first = last
         for k in range(count - 1):
-            ratio = max(1.0, ratios[k])
-            if k > 0 and not stops[k]:
-                ratio = max(ratio, 0.5 * (1.0 + ratios[k - 1]))
-            if k < count - 2 and not stops[k + 1]:
-                ratio = max(ratio, 0.5 * (1.0 + ratios[k + 1]))
-            durations[k] *= ratio * MARGIN
-    fit_spline(q, stops, durations, v, a, scratch)
-    worst = measure_limits(q, durations, v, a, velocity, acceleration, ratios)
-    if worst > 1.0:  # longer by one factor, all velocities fall by it and all accelerations by its square
-        worst *= MARGIN
-        for k in range(count):
-            if k < count - 1:
-                durations[k] *= worst
-            for j in range(n):
-                v[k, j] /= worst
-                a[k, j] /= worst * worst
-    return durations, v, a
+            total = math.sqrt(speeds[k]) + math.sqrt(speeds[k + 1])
+            moving = 2.0 * chord(q, k) / total if total > 0.0 else alone(q, k, velocity, acceleration)
+            durations[k] = max(moving, least[k], SHORTEST)
+        fit_spline(q, stops, durations, v, a, scratch)
+        worst = MARGIN * measure_limits(q, durations, v, a, velocity, acceleration, ratios)
+        factor = worst  # on all durations: velocities fall by it, accelerations by its square
+        for k in range(count - 1):
+            factor = max(factor, least[k] / durations[k])
+        whole = factor * durations.sum()
+        if whole < shortest:
+            shortest = whole
+            for k in range(count - 1):
+                best[k] = factor * durations[k]
+        if worst <= CLOSE:
+            break
+        take_it_easy(ratios, ease, less)
+    fit_spline(q, stops, best, v, a, scratch)
+    return best, v, a
+
+
+@kernel
+def take_it_easy(ratios, ease, less):
+    """Lower the limits of the rows about intervals in which the spline exceeds them."""
+    less[:] = 1.0
+    for k in range(len(ratios)):
+        if ratios[k] > 1.0:
+            for i in range(max(0, k - AROUND), min(len(less), k + 2 + AROUND)):
+                less[i] = min(less[i], 1.0 / (ratios[k] * ratios[k]))
+    for k in range(len(less)):
+        ease[k] *= less[k]
+
+
+@kernel
+def alone(q, k, velocity, acceleration):
+    """Return the time [s] of an interval between two rests: the polynomial of the fifth degree gets to 15/8 of the mean
+    velocity, and to 10/sqrt(3) of the distance over the square of the time."""
+    longest = 0.0
+    for j in range(q.shape[1]):
+        way = abs(q[k + 1, j] - q[k, j])
+        longest = max(longest, 1.875 * way / velocity[j], math.sqrt(5.7736 * way / acceleration[j]))
+    return longest
 
 
 @kernel
@@ -82,12 +102,12 @@ def chord(q, k):
 
 
 @kernel
-def fastest(q, first, last, least, velocity, acceleration, x, slopes, bends, lines):
+def fastest(q, first, last, least, velocity, acceleration, ease, x, slopes, bends, lines):
     """Write the largest x = (ds/dt)^2 at rows `first` to `last`, at rest at both, that the limits allow."""
     n = q.shape[1]
     x[last] = 0.0
     for k in range(last - 1, first - 1, -1):  # from where the limits can be kept to the end
-        bound = bounds_at(q, k, first, last, least, velocity, acceleration, x[k + 1], slopes, bends, lines)
+        bound = bounds_at(q, k, first, last, least, velocity, acceleration, ease[k], x[k + 1], slopes, bends, lines)
         for i in range(n + 1):
             for j in range(n + 1):
                 gap = lines[0, i, 1] - lines[1, j, 1]
@@ -96,7 +116,7 @@ def fastest(q, first, last, least, velocity, acceleration, x, slopes, bends, lin
         x[k] = max(0.0, bound)
     x[first] = 0.0
     for k in range(first, last):
-        bounds_at(q, k, first, last, least, velocity, acceleration, x[k + 1], slopes, bends, lines)
+        bounds_at(q, k, first, last, least, velocity, acceleration, ease[k], x[k + 1], slopes, bends, lines)
         u = math.inf
         for j in range(n + 1):
             u = min(u, lines[1, j, 0] + lines[1, j, 1] * x[k])
@@ -104,10 +124,10 @@ def fastest(q, first, last, least, velocity, acceleration, x, slopes, bends, lin
 
 
 @kernel
-def bounds_at(q, k, first, last, least, velocity, acceleration, most, slopes, bends, lines):
+def bounds_at(q, k, first, last, least, velocity, acceleration, ease, most, slopes, bends, lines):
     """Return the bound of x at row k; write those of u to `lines`: lines[0] u >= a + b x, lines[1] u <= a + b x.
 
-    The last line of each keeps x at the next row between 0 and `most`.
+    The last line of each keeps x at the next row between 0 and `most`; `ease` is a factor on the limits.
     """
     n, h = q.shape[1], chord(q, k)
     differentiate(q, k, first, last, slopes, bends)
@@ -119,13 +139,13 @@ def bounds_at(q, k, first, last, least, velocity, acceleration, most, slopes, be
     for j in range(n):
         slope, bend = abs(slopes[j]), bends[j]
         if slope > SHORTEST:
-            bound = min(bound, (velocity[j] / slope) ** 2)
-            room, tilt = acceleration[j] / slope, -bend / slopes[j]
+            bound = min(bound, ease * (velocity[j] / slope) ** 2)
+            room, tilt = ease * acceleration[j] / slope, -bend / slopes[j]
             lines[0, j, 0], lines[0, j, 1] = -room, tilt
             lines[1, j, 0], lines[1, j, 1] = room, tilt
         else:
             if abs(bend) > SHORTEST:
-                bound = min(bound, acceleration[j] / abs(bend))
+                bound = min(bound, ease * acceleration[j] / abs(bend))
             lines[0, j, 0], lines[0, j, 1], lines[1, j, 0], lines[1, j, 1] = -math.inf, 0.0, math.inf, 0.0
     lines[0, n, 0], lines[0, n, 1] = 0.0, -0.5 / h
     lines[1, n, 0], lines[1, n, 1] = 0.5 * most / h, -0.5 / h
