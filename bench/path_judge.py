@@ -54,7 +54,6 @@ def judge_path(
              for low, u, wrap in zip(arm.lower, arm.upper, arm.wraps)]  # fmt: skip
     digits = np.stack(np.meshgrid(*(np.arange(t) for t in turns), indexing='ij'), -1).reshape(-1, arm.n)
     low = np.where(np.isfinite(arm.lower), arm.lower, -np.pi)
-    low = np.where(arm.wraps != 0, low, -np.pi)
     branches = [low + np.mod(q - low, TURN) for q in branches]
     valid = [_valid(arm, q, digits) for q in branches]
     edges = _edges(arm, poses, branches, tolerance, angle)

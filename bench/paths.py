@@ -73,12 +73,12 @@ def optimum_rows(count: int, poses: int = 200) -> list[tuple[object, ...]]:
                 known = fewest[reached - 1] if 0 < reached <= len(fewest) else None
                 if len(fewest) == reached and known == len(ours.reconfigurations):
                     break
-            nearer += reached < len(fewest)
+            nearer += int(reached < len(fewest))
             if reached == 0 or known is None:
                 fewer += reached > len(fewest)
                 same += reached == len(fewest)
                 continue
-            gap = len(ours.reconfigurations) - known
+            gap = len(ours.reconfigurations) - int(known)
             same, fewer, more = same + (gap == 0), fewer + (gap < 0), more + (gap > 0)
             longer += bool(known == 0 and ours.length > 1.01 * least[reached - 1])
         rows.append((name, count, poses, same, fewer, more, longer, nearer))
