@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 from ros_ik_pkg.ik.kernel.data_layout import unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.search.entry import FOUND, STATUS, WIDTH, memory_size, solve_rows
 from ros_ik_pkg.ik.search.solutions import same_answer
 from ros_ik_pkg.ik.step.limits import TURN

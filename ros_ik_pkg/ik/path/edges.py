@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kinematics.pose_error import difference, rotation_log
 from ros_ik_pkg.ik.kinematics.task import look_at_error, make_task
 from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ros_ik_pkg.ik.descent.recorder import singular_figures
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kinematics.task import look, look_at_error, make_task
 from ros_ik_pkg.ik.path.edges import TASK_FRAME, pose_between
 from ros_ik_pkg.ik.path.timing import quintic

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
 from ros_ik_pkg.ik.search.solutions import SAME_ANSWER
 from ros_ik_pkg.ik.step.limits import TURN

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ros_ik_pkg.ik.kernel.array_views import shaped
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
 from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows
 
