@@ -198,11 +198,8 @@ class IkNode(Node):
         """Say what is left to say, end the threads, then the node."""
         self._targets.close()
         self._report_results()
-<<<<<<< HEAD
-        self._compilation.close()
-=======
         self._paths.close()
->>>>>>> 16ed805 (Solve whole paths in the node: target_path, path_solution, path_result, markers, send_path, IkClient.solve_path)
+        self._compilation.close()
         self._outputs.reports.close()
         self._comparison.worker.close()
         self._frames.close()

@@ -16,7 +16,7 @@ from ros_ik_pkg.ik.kernel.data_layout import unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.search.entry import FOUND, STATUS, WIDTH, memory_size, solve_rows
-from ros_ik_pkg.ik.search.solutions import same_answer
+from ros_ik_pkg.ik.search.solutions import same_solution
 from ros_ik_pkg.ik.step.limits import TURN
 
 SEARCH_EVERY = 50  # poses between two searches for all solutions
@@ -102,7 +102,7 @@ def add(geometry, out, candidates, count):
     if count == len(candidates):
         return count
     for c in range(count):
-        if same_answer(geometry, q, candidates[c]):
+        if same_solution(geometry, q, candidates[c]):
             return count
     assign(candidates[count], q)
     return count + 1

@@ -14,7 +14,7 @@ import numpy as np
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
-from ros_ik_pkg.ik.search.solutions import SAME_ANSWER
+from ros_ik_pkg.ik.search.solutions import SAME_SOLUTION
 from ros_ik_pkg.ik.step.limits import TURN
 
 NO_PARENT = -1
@@ -37,7 +37,7 @@ def best_route(
     most_steps : (N - 1, n) how far a joint may move between two poses, inf for no bound
     bounds : (4,) of the edges, see parts_of_edge
     seed : (n,) where the joints start, or (0,)
-    stay : bool, whether the path must begin at the seed, to SAME_ANSWER
+    stay : bool, whether the path must begin at the seed, to SAME_SOLUTION
     most_reconfigurations : int
     parents : (N, m V) int32 out, V the product of most_turns
     route : (2 N,) int64 out, the nodes from the first pose to the last reached, negative if the joints were
@@ -150,7 +150,7 @@ def begin(q, count, lower, upper, wraps, digits, weights, seed, stay, jumps, cos
                     step -= TURN * math.floor(step / TURN + 0.5)
                 square += (weights[j] * step) ** 2
                 largest = max(largest, abs(step))
-            if not stay or largest <= SAME_ANSWER:
+            if not stay or largest <= SAME_SOLUTION:
                 jumps[c * total + u], costs[c * total + u] = 0, math.sqrt(square)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from nav_msgs.msg import Path
 
-from ros_ik_pkg.ik import ArgumentError, Arm, PathOptions, PathSolution, SolveOptions, solve_path
+from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, PathOptions, PathSolution, SolveOptions, solve_path
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.path_check import fault_of_motion
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED
@@ -92,6 +92,8 @@ def answer_path(job: PathJob, go_on: Callable[[int], object]) -> PathResult:
         return refused(job.message, 'argument', str(error))
     except RefusedError as error:
         return refused(job.message, error.status, str(error))
+    except NotCompiledError as error:
+        return refused(job.message, 'compiling', str(error))
     if not solution.complete:
         found = solution.breaks[0]
         outcome = PARTIAL if len(solution.q) > 1 else FAILED
