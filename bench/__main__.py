@@ -15,6 +15,7 @@ from tqdm import tqdm
 
 from bench.cases import KINDS
 from bench.iteration import ITERATION_HEAD, iteration_rows
+from bench.paths import OPTIMUM_HEAD, SPEED_HEAD, optimum_rows, speed_rows
 from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
@@ -57,7 +58,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--cases', nargs='+', choices=KINDS, default=KINDS)
     parser.add_argument('--methods', nargs='+', choices=METHODS, default=METHODS)
     parser.add_argument('--set', nargs='+', type=_setting, default=[], metavar='NAME=VALUE')
-    for flag in ('--peers', '--iteration', '--ros', '--all'):
+    for flag in ('--peers', '--iteration', '--ros', '--path', '--all'):
         parser.add_argument(flag, action='store_true')
     parser.add_argument('--check', type=_positive, metavar='N')
     parser.add_argument('--zoo', type=_positive, metavar='N')
@@ -76,7 +77,7 @@ def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
     except (OptionError, TypeError) as error:
         parser.error(f'--set: {error}')
     if arguments.all:
-        arguments.peers = arguments.iteration = arguments.ros = True
+        arguments.peers = arguments.iteration = arguments.ros = arguments.path = True
     if arguments.peers and not arguments.output:
         arguments.output = ROOT / 'docs' / 'benchmark.md'
     if arguments.output and not arguments.output.parent.is_dir():
@@ -115,7 +116,7 @@ def measure_collision(count: int) -> int:
 
 def measure(arguments: argparse.Namespace, report: Report) -> None:
     """Fill the report."""
-    if arguments.peers or not (arguments.iteration or arguments.ros):
+    if arguments.peers or not (arguments.iteration or arguments.ros or arguments.path):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
         rows = [batch_row(load_arm(robot), options) for robot in tqdm(arguments.robots, leave=False)]
@@ -124,6 +125,11 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         rows = iteration_rows(arguments.robots)
         text = 'Compiled, no Python in between, time that the core was busy.'
         report.add('One iteration', text, [ITERATION_HEAD, *rows])
+    if arguments.path:
+        text = 'Reconfigurations beside the fewest over all branches of EAIK; numbers of paths.'
+        report.add('Paths: the optimum', text, [OPTIMUM_HEAD, *optimum_rows(max(1, arguments.count // 20))])
+        text = 'solve_path with times, time that the core was busy.'
+        report.add('Paths: time', text, [SPEED_HEAD, *speed_rows(arguments.robots)])
     if arguments.ros:
         from bench.ros import ros_rows  # rclpy is installed only for --ros
 

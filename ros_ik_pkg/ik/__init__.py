@@ -6,6 +6,9 @@ from ros_ik_pkg.ik.contacts.judge import Contact
 from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
+from ros_ik_pkg.ik.path.path_options import PATH_OPTIONS, PathOptions
+from ros_ik_pkg.ik.path.path_solution import BreakReason, PathBreak, PathSolution
+from ros_ik_pkg.ik.path.solve_path import solve_path
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
 from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch
 from ros_ik_pkg.ik.world import Obstacle, World
@@ -14,10 +17,12 @@ __all__ = [
     'CHOICES',
     'METHODS',
     'OPTIONS',
+    'PATH_OPTIONS',
     'TRACE_COLUMNS',
     'ArgumentError',
     'Arm',
     'BatchSolution',
+    'BreakReason',
     'Compilation',
     'Contact',
     'IkError',
@@ -25,6 +30,9 @@ __all__ = [
     'NotCompiledError',
     'Obstacle',
     'OptionError',
+    'PathBreak',
+    'PathOptions',
+    'PathSolution',
     'Solution',
     'SolveOptions',
     'Status',
@@ -34,5 +42,6 @@ __all__ = [
     'robot_names',
     'solve',
     'solve_batch',
+    'solve_path',
     'warm_up',
 ]  # fmt: skip

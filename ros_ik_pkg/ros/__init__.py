@@ -1,12 +1,12 @@
 """The ROS adapter: messages in, messages out, parameters; the only part of the package that imports rclpy.
 
-For programs: `from ros_ik_pkg.ros import IkClient, NodeError, Reply`.
+For programs: `from ros_ik_pkg.ros import IkClient, NodeError, PathReply, Reply`.
 """
 
 from importlib import import_module
 from typing import Any
 
-_MODULES = {'IkClient': 'client', 'NodeError': 'client', 'Reply': 'reply'}
+_MODULES = {'IkClient': 'client', 'NodeError': 'client', 'PathReply': 'reply', 'Reply': 'reply'}
 
 
 def __getattr__(name: str) -> Any:

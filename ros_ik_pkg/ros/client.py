@@ -11,17 +11,19 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
+from trajectory_msgs.msg import JointTrajectory
 
 from ros_ik_pkg.ik.text import did_you_mean, shorten
 from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.topics import Topic
-from ros_ik_pkg.ros.reply import Reply, values
+from ros_ik_pkg.ros.reply import PathReply, Reply, values
 from ros_ik_pkg.ros.runtime.companion_node import companion_node
 from ros_ik_pkg.ros.runtime.node_names import full_name
 
@@ -89,6 +91,10 @@ class IkClient:
         self._subscribe(topics.RESULT, self._on_result)
         if with_iterations:
             self._subscribe(topics.ITERATIONS, self._on_iterations)
+        self._paths: Any = None  # publisher, made by the first call of solve_path
+        self._path_stamp = (0, 0)
+        self._path_motion: JointTrajectory | None = None
+        self._path_reply: PathReply | None = None
         self._parameters: AsyncParameterClient | None = None
         self._closed = False
 
@@ -163,6 +169,62 @@ class IkClient:
                     )
             return self._whole_reply()
 
+    def solve_path(self, path: Path, timeout: float) -> PathReply:
+        """Send a path and wait for its result, and for the motion if it is solved whole.
+
+        Parameters
+        ----------
+        path : nav_msgs.msg.Path
+            Poses in the frames of their headers, or of the path's header; empty: the base frame. Stamps of poses that
+            differ are times to keep. The path goes out under the time of now; `path` is not written to.
+        timeout : float
+            Seconds to wait for the node and for its result, both together; the node's own limit is `path.deadline`.
+
+        Raises
+        ------
+        NodeError
+            If no result came, or the client is closed.
+        ValueError
+            If `timeout` is not above 0.
+
+        """
+        with self._one_call:
+            deadline = self._deadline(timeout)
+            self._listen_to_paths(deadline, timeout)
+            sec, nanosec = self._path_stamp = self._new_stamp()
+            self._path_motion = self._path_reply = None
+            header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=path.header.frame_id)
+            self._paths.publish(Path(header=header, poses=path.poses))
+            if not self._spin_until(self._whole_path_reply, deadline):
+                raise NodeError(f'no answer of {self.name} within {timeout:g} s to a path on {self._paths.topic_name}')
+            return self._path_reply
+
+    def _listen_to_paths(self, deadline: float, timeout: float) -> None:
+        """Make the publisher and the subscriptions of paths once, and wait until the node has found them."""
+        if self._paths is None:
+            self._path_subscriptions = [self._subscribe(topics.PATH_SOLUTION, self._on_path_solution),
+                                        self._subscribe(topics.PATH_RESULT, self._on_path_result)]  # fmt: skip
+            self._paths = self._publisher(topics.TARGET_PATH)
+        heard = [subscription.get_publisher_count for subscription in self._path_subscriptions]
+        if not self._spin_until(lambda: self._paths.get_subscription_count() and all(count() for count in heard),
+                                deadline):  # fmt: skip
+            raise NodeError(f'no node takes paths on {self._paths.topic_name} within {timeout:g} s; {WHAT_TO_CHECK}')
+
+    def _on_path_solution(self, message: JointTrajectory) -> None:
+        self._path_motion = message
+
+    def _on_path_result(self, message: DiagnosticArray) -> None:
+        if (message.header.stamp.sec, message.header.stamp.nanosec) == self._path_stamp:
+            self._path_reply = PathReply(message.status[0])
+
+    def _whole_path_reply(self) -> bool:
+        """Return whether all came that belongs to the path."""
+        reply = self._path_reply
+        if reply is None or (reply.solved and self._path_motion is None):
+            return False
+        reply.trajectory = self._path_motion if reply.solved else None
+        return True
+
     def publish_joints(self, positions: Mapping[str, float]) -> None:
         """Publish joint positions [rad, m], as a robot does; the first time, wait a little for who listens.
 
@@ -208,8 +270,8 @@ class IkClient:
     def _publisher(self, topic: Topic) -> Any:
         return self.node.create_publisher(topic.type, topic.of(self.name), topic.qos)
 
-    def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
-        self.node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
+    def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
+        return self.node.create_subscription(topic.type, topic.of(self.name), callback, topic.qos)
 
     def _deadline(self, timeout: float) -> float:
         """Return the end of a timeout [s] that begins now."""
@@ -224,14 +286,18 @@ class IkClient:
 
     def _send(self, pose: PoseStamped) -> float:
         """Send the pending target under a stamp that was not used before; return the moment [s]."""
-        now = self._clock.now().nanoseconds - self._stamp_delay
-        # A clock that was set back, or a simulation that began anew, is followed.
-        self._newest_stamp = now if now < self._newest_stamp - SECOND else max(self._newest_stamp + 1, now)
-        sec, nanosec = stamp = divmod(self._newest_stamp, SECOND)
+        sec, nanosec = stamp = self._new_stamp()
         self._pending[stamp] = Reply(stamp)
         header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=pose.header.frame_id)
         self._targets.publish(PoseStamped(header=header, pose=pose.pose))
         return time.monotonic()
+
+    def _new_stamp(self) -> tuple[int, int]:
+        """Return the time of now [s, ns], or a little more if that stamp was used before."""
+        now = self._clock.now().nanoseconds - self._stamp_delay
+        # A clock that was set back, or a simulation that began anew, is followed.
+        self._newest_stamp = now if now < self._newest_stamp - SECOND else max(self._newest_stamp + 1, now)
+        return divmod(self._newest_stamp, SECOND)
 
     def _whole_reply(self) -> Reply | None:
         """Return the first reply that has all its parts, to any of the stamps that were sent."""

@@ -29,6 +29,7 @@ from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.parameters import Parameters, Settings
 from ros_ik_pkg.ros.output.comparison import Comparison
 from ros_ik_pkg.ros.output.health import Health
+from ros_ik_pkg.ros.output.paths import Paths
 from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.output.publishers import Publishers
 from ros_ik_pkg.ros.output.statuses import key_values
@@ -64,6 +65,7 @@ class IkNode(Node):
         _complete(self._handler.arm)
         self._outputs = Publishers(self)
         self._comparison = Comparison(self, self._outputs.trace)
+        self._paths = Paths(self, self._handler)
         self._diagnostics = Publisher(self, topics.DIAGNOSTICS)
         self._results: list[tuple[Result, Settings, float]] = []  # and its latency [s]; not reported yet
         self._report_timer, self._report_due = OneShot(self, REPORT_DELAY, self._report_results), 0.0
@@ -75,6 +77,7 @@ class IkNode(Node):
         self._subscribe(topics.OBSTACLES, self._on_obstacles)
         self._subscribe(topics.JOINT_STATES, self._handler.joint_states.keep)
         self._subscribe(topics.TARGET_POSE, self._targets.put, raw=True)
+        self._subscribe(topics.TARGET_PATH, self._paths.take)
         for text in parameters.refuse_unknown():
             self.get_logger().warning(text)
         self._say_what_runs()
@@ -217,6 +220,7 @@ class IkNode(Node):
         """Say what is left to say, end the threads, then the node."""
         self._targets.close()
         self._report_results()
+        self._paths.close()
         self._compilation.close()
         self._outputs.reports.close()
         self._comparison.worker.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from trajectory_msgs.msg import JointTrajectory
 
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, NOTHING
 
@@ -59,6 +60,38 @@ class Reply:
         traced = 'iterations' in figures and NOT_TRACED not in figures.get('notes', '')
         lacks_iterations = with_iterations and traced and not self.iterations
         return self.status is not None and not lacks_joints and not lacks_iterations
+
+
+@dataclass
+class PathReply:
+    """What the node said about one path.
+
+    Attributes
+    ----------
+    status : DiagnosticStatus
+        What came on `~/path_result`.
+    trajectory : JointTrajectory or None
+        The motion; None if the path was not solved whole.
+
+    """
+
+    status: DiagnosticStatus
+    trajectory: JointTrajectory | None = None
+
+    @property
+    def solved(self) -> bool:
+        """Whether the whole path was solved; anything else has its reason in `message`."""
+        return self.status.level == DiagnosticStatus.OK
+
+    @property
+    def message(self) -> str:
+        """The node's sentence about the path."""
+        return self.status.message
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """The figures of the result, by name."""
+        return values(self.status)
 
 
 def values(status: DiagnosticStatus) -> dict[str, str]:

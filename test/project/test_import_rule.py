@@ -36,7 +36,7 @@ COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 ROOMS = {
     'ik': (
         'exceptions', 'text', 'solution', 'kernel', 'kinematics', 'collision', 'step', 'descent', 'search', 'model',
-        'world', 'contacts', 'options', 'arm', 'solver', 'compilation', '__init__',
+        'world', 'contacts', 'options', 'arm', 'solver', 'compilation', 'path', '__init__',
     ),
     'ros': ('interface', 'runtime', 'input', 'handling', 'output', 'reply', 'client', 'node', 'ik_node', '__init__'),
 }  # fmt: skip

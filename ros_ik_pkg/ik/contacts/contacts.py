@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik.collision.scene import NO_FLOOR, PIECE, Scene, clearances_of, count_contacts, pack_scene
+from ros_ik_pkg.ik.collision.scene import NO_FLOOR, PIECE, Scene, clearances_of, contacts_of, count_contacts, pack_scene
 from ros_ik_pkg.ik.contacts.bodies import Piece, load_pieces
 from ros_ik_pkg.ik.contacts.frames import HELD, Bodies, make_bodies, row_of
 from ros_ik_pkg.ik.contacts.judge import FLOOR, Contact, Judge
@@ -245,6 +245,17 @@ class Room:
             link, thing = self.names(int(contact))
             if thing == FLOOR or thing in self._held:
                 raise ArgumentError(f'{thing!r} touches link {link!r} in every configuration of the arm')
+
+    def clear(self, q: np.ndarray, margin: float = 0.0, meshes: bool = False) -> np.ndarray:
+        """Return for each row of q (k, n) whether nothing touches or comes nearer than `margin` [m], (k,) bool.
+
+        The bound decides most rows, coal the others.
+        """
+        rows = np.ascontiguousarray(q, dtype=np.float64)
+        out = contacts_of(self.packed, rows, margin) < 0
+        for k in np.flatnonzero(~out):
+            out[k] = self.is_clear(rows[k], margin, meshes)
+        return out
 
     def look(self, q: np.ndarray, meshes: bool = False) -> Contact:
         """Return the two things that are nearest to each other at q (n,), by coal."""

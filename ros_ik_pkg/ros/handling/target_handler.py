@@ -70,6 +70,26 @@ class TargetHandler:
         except NotCompiledError as error:
             return self._without_solution(target, REFUSED, 'compiling', str(error))
 
+    def base_from_target(self, target: Target) -> np.ndarray:
+        """Return the pose (4, 4) of a target in the base frame, without waiting for its transform.
+
+        Raises RefusedError if the target is malformed, its frame is not known, or there is no robot.
+        """
+        arm = self.require_arm()
+        frame_from_target, _ = target_pose(target)
+        base_from_frame, _ = self._base_from_frame(target, arm, math.inf)
+        return base_from_frame @ frame_from_target
+
+    def require_arm(self) -> Arm:
+        """Return the arm; raise RefusedError if there is no robot."""
+        if self.arm is None:
+            raise RefusedError('no_robot', self._awaited())
+        return self.arm
+
+    def seed(self) -> np.ndarray:
+        """Return the configuration (n,) from which a solve would start now; raise RefusedError if it is unknown."""
+        return self._seed(self.require_arm())[0]
+
     def given_up(self, target: Target, status: str, why: str) -> Result:
         """Return the refusal of a target that waits for its transform, which something else has ended."""
         reason = f'{why} while this target waited for the transform of {target.frame_id!r}'
@@ -92,9 +112,7 @@ class TargetHandler:
         return Result(target, outcome, status, shorten(reason, 1000), self.settings.options.method, self.arm)
 
     def _solve(self, target: Target, trace: bool, waited: float) -> Result | None:
-        arm = self.arm
-        if arm is None:
-            raise RefusedError('no_robot', self._awaited())
+        arm = self.require_arm()
         self._refuse_stale(target)
         frame_from_target, notes = target_pose(target)
         base_from_frame, frame_notes = self._base_from_frame(target, arm, waited)

@@ -6,7 +6,7 @@ import sys
 
 import yaml
 
-from ros_ik_pkg.ik import OPTIONS
+from ros_ik_pkg.ik import OPTIONS, PATH_OPTIONS
 from ros_ik_pkg.ik.options import Option
 from ros_ik_pkg.ros.interface.parameters import (
     ARM_OPTIONS,
@@ -25,6 +25,7 @@ SECTIONS = {
     'Solve': OPTIONS,
     'Seed': SEED_OPTIONS,
     'Streaming': STREAM_OPTIONS,
+    'Path': PATH_OPTIONS,
     'Comparison': (COMPARE_OPTION,),
     'Diagnostics': HEALTH_OPTIONS,
 }

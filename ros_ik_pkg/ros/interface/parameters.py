@@ -12,7 +12,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ros_ik_pkg.ik import METHODS, OPTIONS, Arm, IkError, OptionError, SolveOptions
+from ros_ik_pkg.ik import METHODS, OPTIONS, PATH_OPTIONS, Arm, IkError, OptionError, PathOptions, SolveOptions
 from ros_ik_pkg.ik.model.joint_limits import LIMITS
 from ros_ik_pkg.ik.options import Option
 from ros_ik_pkg.ik.text import shorten
@@ -114,7 +114,9 @@ HEALTH_OPTIONS = (
     _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
 NODE_OPTIONS = (*ARM_OPTIONS, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
-PARAMETERS = {option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *HEALTH_OPTIONS)}
+PARAMETERS = {
+    option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *PATH_OPTIONS, *HEALTH_OPTIONS)
+}
 ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
 
 
@@ -145,6 +147,7 @@ class Settings:
     out_of_reach: str
     trajectory_time: float
     compare: tuple[str, ...]
+    path: PathOptions
     health_limits: HealthLimits
 
     @classmethod
@@ -152,7 +155,8 @@ class Settings:
         """Check values by parameter name, all of them; raise OptionError that names the first wrong one."""
         options = SolveOptions(**{option.name: values[option.ros_name] for option in OPTIONS})
         limits = HealthLimits(**_checked(HEALTH_OPTIONS, values))
-        return cls(options, **_checked(NODE_OPTIONS, values), health_limits=limits)
+        path = PathOptions(**_checked(PATH_OPTIONS, values))
+        return cls(options, **_checked(NODE_OPTIONS, values), path=path, health_limits=limits)
 
 
 def _checked(options: Iterable[Option], values: Mapping[str, Any]) -> dict[str, Any]:

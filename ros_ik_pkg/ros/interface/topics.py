@@ -85,6 +85,20 @@ COMPARISON = Topic('~/comparison', DiagnosticArray, 'out', 'one status for each 
 COMPARISON_PATHS = Topic(
     '~/comparison_paths', MarkerArray, 'out', 'where the tip was with each method, for RViz', depth=10
 )
+TARGET_PATH = Topic(
+    'target_path', Path, 'in', 'poses that the tip moves through in straight lines; a new path replaces the last one'
+)
+PATH_SOLUTION = Topic(
+    '~/path_solution', JointTrajectory, 'out', 'the motion along a solved path, for joint_trajectory_controller',
+    depth=10,
+)
+PATH_RESULT = Topic(
+    '~/path_result', DiagnosticArray, 'out', 'one status for every path: solved, partial, failed or refused', depth=10
+)
+PATH_MARKERS = Topic(
+    '~/path_markers', MarkerArray, 'out', 'the path of the tip, coloured by its speed, and where it breaks, for RViz',
+    depth=10,
+)
 DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node, once a second')
 
 TOPICS = (
@@ -103,6 +117,10 @@ TOPICS = (
     COMPARISON,
     COMPARISON_PATHS,
     CONTACTS,
+    TARGET_PATH,
+    PATH_SOLUTION,
+    PATH_RESULT,
+    PATH_MARKERS,
     DIAGNOSTICS,
 )
 

@@ -1,0 +1,120 @@
+"""Candidates of every pose of a path: solutions that continue those of the poses beside it, and newly found ones.
+
+A solution is continued to the next pose by one descent from it, so a branch costs a descent of two or three steps at
+each pose. What no neighbour leads to is found by a search for all solutions, at every few poses and where a branch
+was lost, and is then continued backwards too.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
+from ros_ik_pkg.ik.kernel.data_layout import unpack_model
+from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
+from ros_ik_pkg.ik.search.entry import FOUND, STATUS, WIDTH, memory_size, solve_rows
+from ros_ik_pkg.ik.search.solutions import same_solution
+from ros_ik_pkg.ik.step.limits import TURN
+
+SEARCH_EVERY = 50  # poses between two searches for all solutions
+SEARCH_AGAIN = 5  # poses between two searches because branches were lost
+
+
+@compiled
+def find_candidates(model, continuing, searching, poses, seed, first, stop, candidates, counts, since):
+    """Write the candidates of poses `first` to `stop` - 1, those of pose `first` - 1 being there.
+
+    Parameters
+    ----------
+    model : packed arm; joints that may turn round have no limits in it, so that branches do not end at them
+    continuing, searching : SolveOptions.numbers of a single descent, and of a search for all solutions
+    poses : (4 N, 4) poses of the tip in the base frame
+    seed : (n,) where the search at the first pose starts
+    candidates : (N, m, n) out
+    counts : (N,) int64 out, how many there are of each pose
+    since : (1,) int64, poses since the last search for all solutions; kept between calls
+
+    """
+    m, n = candidates.shape[1:]
+    size = memory_size(model, m)
+    memory = np.empty(size + n + n + WIDTH + m * n)
+    _find(model, continuing, searching, poses, seed, first, stop, candidates, counts, since, memory, size)
+
+
+@kernel
+def _find(model, continuing, searching, poses, seed, first, stop, candidates, counts, since, memory, size):
+    """Do what find_candidates says."""
+    geometry, _, _ = unpack_model(model)
+    m, n = candidates.shape[1:]
+    rest = shaped(memory, 0, (size,))
+    start = shaped(memory, size, (n,))
+    out = shaped(memory, size + n, (1, n + WIDTH))
+    answers, nothing = shaped(memory, size + 2 * n + WIDTH, (m, n)), shaped(memory, 0, (0, 0))
+    for k in range(first, stop):
+        pose, count, before = shaped(poses, 16 * k, (4, 4)), 0, 0
+        if k > 0:
+            before = counts[k - 1]
+            for c in range(before):
+                assign(start, candidates[k - 1, c])
+                solve_rows(model, continuing, pose, start, start, out, nothing, nothing, nothing, rest)
+                if out[0, n + STATUS] == 0.0:
+                    count = add(geometry, out, candidates[k], count)
+        since[0] += 1
+        lost = count < before and (count == 0 or since[0] >= SEARCH_AGAIN)
+        if k == 0 or since[0] >= SEARCH_EVERY or lost:
+            since[0] = 0
+            assign(start, seed if k == 0 or before == 0 else candidates[k - 1, 0])
+            solve_rows(model, searching, pose, start, start, out, answers, nothing, nothing, rest)
+            known = count
+            for a in range(int(out[0, n + FOUND])):
+                assign(out[0], answers[a])
+                count = add(geometry, out, candidates[k], count)
+            counts[k] = count
+            for c in range(known, count):
+                continue_backwards(model, geometry, continuing, poses, k, c, candidates, counts, start, out, rest)
+        counts[k] = count
+
+
+@kernel
+def continue_backwards(model, geometry, continuing, poses, k, c, candidates, counts, start, out, rest):
+    """Continue candidate c of pose k to the poses before it, as far as it is a new one there."""
+    n, nothing = len(start), shaped(rest, 0, (0, 0))
+    assign(start, candidates[k, c])
+    for i in range(k - 1, -1, -1):
+        solve_rows(model, continuing, shaped(poses, 16 * i, (4, 4)), start, start, out, nothing, nothing, nothing, rest)
+        if out[0, n + STATUS] != 0.0:
+            return
+        count = add(geometry, out, candidates[i], counts[i])
+        if count == counts[i]:
+            return
+        counts[i] = count
+        for j in range(n):
+            start[j] = out[0, j]
+
+
+@kernel
+def add(geometry, out, candidates, count):
+    """Append the solution in out[0] unless it is there already or there is no room; return how many there are."""
+    q = out[0, : candidates.shape[1]]
+    if count == len(candidates):
+        return count
+    for c in range(count):
+        if same_solution(geometry, q, candidates[c]):
+            return count
+    assign(candidates[count], q)
+    return count + 1
+
+
+@compiled
+def normalise(candidates, counts, lower, upper, wraps):
+    """Turn joints that may turn round: to less than a turn above the lower limit, to [-pi, pi) without limits."""
+    for k in range(len(counts)):
+        for c in range(counts[k]):
+            for j in range(len(lower)):
+                if wraps[j]:
+                    low = lower[j] if lower[j] > -math.inf else -0.5 * TURN
+                    q = candidates[k, c, j]
+                    candidates[k, c, j] = q - TURN * math.floor((q - low) / TURN)

@@ -1,0 +1,94 @@
+"""Times along a joint path: rests only where it must, within all limits, the tip on its line between the rows too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ros_ik_pkg.ik.path.edges import rotation_vectors
+from ros_ik_pkg.ik.path.figures import line_errors
+from ros_ik_pkg.ik.path.joint_path import JointPath, Problem
+from ros_ik_pkg.ik.path.timing import time_path
+
+CORNER = 0.3  # rad between two steps of the joints: a sharper corner is not rounded, the joints rest there
+UNKNOWN_VELOCITY = 1.0  # rad/s or m/s, for joints without a velocity limit
+RAMP = 0.5  # s in which a joint gets to its velocity limit, if no acceleration limits are known
+STILL = 1e-9  # rad or m: between such rows nothing moves
+WAIT = 1e-3  # s that they take
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Times, velocities and accelerations of the rows of a joint path (see PathSolution)."""
+
+    durations: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+    stops: np.ndarray  # (N,) bool
+    errors: np.ndarray  # (N - 1, 2) of the tip from its line [m, rad]
+    slowed: np.ndarray  # (N - 1,) bool
+
+
+def make_motion(problem: Problem, path: JointPath) -> Motion:
+    """Time a joint path of two rows or more."""
+    q, rows = path.q, len(path.q)
+    velocity, acceleration = joint_limits(problem)
+    steps = np.diff(q, axis=0)
+    least = _least_durations(problem, path)
+    still = np.abs(steps).max(axis=1) <= STILL
+    least[still] = np.maximum(least[still], WAIT)
+    bend = _bends(steps)
+    stops = np.zeros(rows, dtype=bool)
+    stops[[0, -1]] = True
+    stops[1:-1] = bend > CORNER
+    stops[:-1][still] = stops[1:][still] = True
+    changed = np.array(path.reconfigurations, dtype=np.int64)
+    stops[changed] = stops[changed + 1] = True
+    poses = np.ascontiguousarray(path.poses).reshape(-1, 4)
+    turns = rotation_vectors(poses)
+    bend = np.concatenate([[np.inf], bend, [np.inf]])
+    while True:
+        durations, v, a = time_path(q, stops, least, velocity, acceleration)
+        errors = line_errors(problem.model, problem.continuing, poses, turns, q, durations, v, a)
+        errors[changed] = 0.0
+        bad = (errors[:, 0] > problem.path.tolerance) | (errors[:, 1] > problem.path.angle_tolerance)
+        more = _more_stops(bad, stops, bend)
+        if not len(more):
+            break
+        stops[more] = True
+    fastest = (np.abs(steps) / velocity).max(axis=1)
+    slowed = (least > 0.0) & (fastest > least) & ~still
+    return Motion(durations, v, a, stops, errors, slowed)
+
+
+def joint_limits(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Return velocity and acceleration limits (n,) to be kept, all finite."""
+    velocity = np.where(np.isfinite(problem.arm.velocity_limits), problem.arm.velocity_limits, UNKNOWN_VELOCITY)
+    return velocity, np.array(problem.path.acceleration_limits or velocity / RAMP)
+
+
+def _least_durations(problem: Problem, path: JointPath) -> np.ndarray:
+    """Return (N - 1,): the share of each step of the times that the intervals between samples take at least [s]."""
+    if not len(problem.least):
+        return np.zeros(len(path.q) - 1)
+    at = np.concatenate([[0.0], np.cumsum(problem.least)])
+    return np.diff(np.interp(path.sample, np.arange(len(at)), at))
+
+
+def _bends(steps: np.ndarray) -> np.ndarray:
+    """Return the angle between each step of the joints and the next [rad]."""
+    lengths = np.linalg.norm(steps, axis=1)
+    product = lengths[:-1] * lengths[1:]
+    cosine = np.divide((steps[:-1] * steps[1:]).sum(axis=1), product, out=np.ones_like(product), where=product > 0.0)
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
+def _more_stops(bad: np.ndarray, stops: np.ndarray, bend: np.ndarray) -> np.ndarray:
+    """Return rows at which the joints must rest too: of each bad interval the end at the sharper corner that is none
+    yet. The joints move in a straight line between two rests, whose middle was checked."""
+    k = np.flatnonzero(bad)
+    before = np.where(stops[k], -1.0, bend[k])
+    after = np.where(stops[k + 1], -1.0, bend[k + 1])
+    row = np.where(before >= after, k, k + 1)
+    return row[np.maximum(before, after) >= 0.0]

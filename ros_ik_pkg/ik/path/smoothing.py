@@ -1,0 +1,96 @@
+"""Smoother joint paths, compiled: rows solved to the last digits; for joints to spare averages along the path.
+
+What tolerances leave of an error differs from row to row, and would be accelerations.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
+from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
+from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
+from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows
+
+MOST_CHANGE = 1e-2  # rad or m of a joint by which a row may move when it is solved more exactly
+
+
+@compiled
+def sharpen(model, exact, poses, q):
+    """Solve each row of q (N, n) again from itself with the options `exact`, where that leads to a solution beside it.
+
+    `poses` (4 N, 4) are those of the rows.
+    """
+    n = q.shape[1]
+    _sharpen(model, exact, poses, q, np.empty(memory_size(model, 1) + 2 * n + WIDTH))
+
+
+@kernel
+def _sharpen(model, exact, poses, q, memory):
+    """Do what sharpen says."""
+    n, size = q.shape[1], memory_size(model, 1)
+    rest, start = shaped(memory, 0, (size,)), shaped(memory, size, (n,))
+    out, nothing = shaped(memory, size + n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
+    for k in range(len(q)):
+        assign(start, q[k])
+        solve_rows(model, exact, shaped(poses, 16 * k, (4, 4)), start, start, out, nothing, nothing, nothing, rest)
+        near = out[0, n + STATUS] == 0.0
+        for j in range(n):
+            near = near and abs(out[0, j] - start[j]) < MOST_CHANGE
+        if near:
+            for j in range(n):
+                q[k, j] = out[0, j]
+
+
+@compiled
+def smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh):
+    """Write to `fresh` (N, n) the joint path q averaged over `width` poses to either side; return whether it is any
+    good: every pose solved within its tolerances, and every edge whole. The first and the last row stay.
+
+    The other arguments are those of best_route.
+    """
+    count, n = q.shape
+    sums = np.zeros((count + 1, n))
+    for k in range(count):
+        for j in range(n):
+            sums[k + 1, j] = sums[k, j] + q[k, j]
+    memory = np.empty(memory_size(model, 1) + 2 * n + WIDTH)
+    room = np.empty(edge_memory_size(model))
+    between = np.empty((MOST_PARTS, n))
+    return _smooth(
+        model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, between
+    )
+
+
+@kernel
+def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, between):
+    """Do what smooth says."""
+    count, n = q.shape
+    size = memory_size(model, 1)
+    rest, start = shaped(memory, 0, (size,)), shaped(memory, size, (n,))
+    out, nothing = shaped(memory, size + n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
+    assign(fresh[0], q[0])
+    for k in range(1, count):
+        w = min(width, k, count - 1 - k)
+        if w == 0:
+            assign(fresh[k], q[k])
+        else:
+            for j in range(n):
+                start[j] = (sums[k + w + 1, j] - sums[k - w, j]) / (2 * w + 1)
+            solve_rows(
+                model, continuing, shaped(poses, 16 * k, (4, 4)), start, start, out, nothing, nothing, nothing, rest
+            )
+            if out[0, n + STATUS] != 0.0:
+                return False
+            for j in range(n):
+                fresh[k, j] = out[0, j]
+        for j in range(n):
+            step = abs(fresh[k, j] - fresh[k - 1, j])
+            if step > bounds[2] or step > most_steps[k - 1, j]:
+                return False
+        if parts_of_edge(
+            model, continuing, poses, turns, k - 1, fresh[k - 1], fresh[k], bounds, between, room
+        ) == 0:
+            return False
+    return True
