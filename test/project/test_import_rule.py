@@ -23,7 +23,7 @@ BELOW = {
 WITHOUT_ROS = {'share', 'ik', 'compare'}
 ROS_LIBRARIES = {'rclpy', 'rcl_interfaces', 'tf2_ros'}
 READERS = {'pinocchio', 'yaml', 'xml'}
-MODEL_FILES = {'ik/arm.py', *(f'ik/model/{name}.py' for name in ('pinocchio_model', 'dh', 'urdf', 'joint_limits'))}
+MODEL_FILES = {'ik/arm.py', *(f'ik/model/{name}.py' for name in ('pinocchio_model', 'dh', 'urdf', 'urdf_spelling', 'joint_limits'))}
 COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 
 # The rooms of `ik/` and `ros/`, and single files beside them, from the bottom up: each imports from rooms above it in
