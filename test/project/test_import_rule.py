@@ -27,7 +27,7 @@ MODEL_FILES = {
     'ik/arm.py',
     *(f'ik/contacts/{name}.py' for name in ('contacts', 'judge', 'srdf', 'coal_library', 'obstacles_file')),
     *(f'ik/model/{name}.py' for name in (
-        'pinocchio_model', 'dh', 'urdf', 'joint_limits', 'collision_elements', 'xml_values')),
+        'pinocchio_model', 'dh', 'urdf', 'urdf_spelling', 'joint_limits', 'collision_elements', 'xml_values')),
 }  # fmt: skip
 COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 

@@ -13,15 +13,15 @@ import numpy as np
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.model.collision_elements import read_collisions
 from ros_ik_pkg.ik.model.tree import MOVABLE, Joint, Mimic, Tree, grow
+from ros_ik_pkg.ik.model.urdf_spelling import check_spelling
 from ros_ik_pkg.ik.model.xml_values import read_number, read_origin, read_vector
-from ros_ik_pkg.ik.text import list_names, suggest, to_number
+from ros_ik_pkg.ik.text import list_names, to_number
 
 MAX_BYTES = 32 * 2**20
 MAX_LINKS = 5000
 ENDLESS = 1e4  # [rad, m] limits beyond this on both sides are how some files write "none"
 DEGREES = 30.0, 1000.0  # [rad] a revolute limit in this range was probably written in degrees
 KINDS = (*MOVABLE, 'fixed', 'floating', 'planar')
-FRAME_ATTRIBUTES = {'origin': ('xyz', 'rpy', 'quat_xyzw'), 'axis': ('xyz',), 'mimic': ('joint', 'multiplier', 'offset')}
 INFINITE = ('inf', '+inf', '-inf', 'infinity', '+infinity', '-infinity')
 REMEDY = '; or give limits in joint_limits, or a position in held_joints'
 VERSION = re.compile(r'\s*1\.(\d+)\s*')
@@ -117,7 +117,7 @@ def _read_joint(element: ElementTree.Element, quaternions: bool) -> Joint:
     if kind not in KINDS:
         raise ModelError(f'joint {name!r} has type {kind!r}; expected one of {list_names(KINDS)}')
     where = f'joint {name!r}'
-    _refuse_unknown_attributes(element, where)
+    spelling = check_spelling(element, where)
     lower, upper, velocity, fault, notes = _read_limits(element, kind, where)
     soft, soft_notes = _read_soft_limits(element, kind, where)
     return Joint(
@@ -125,19 +125,7 @@ def _read_joint(element: ElementTree.Element, quaternions: bool) -> Joint:
         origin=read_origin(element, where, quaternions),
         axis=_read_axis(element, where) if kind in MOVABLE else np.array([0.0, 0.0, 1.0]),
         lower=lower, upper=upper, velocity=velocity, mimic=_read_mimic(element, where), fault=fault,
-        soft=soft, notes=(*notes, *soft_notes))
-
-
-def _refuse_unknown_attributes(element: ElementTree.Element, where: str) -> None:
-    """Raise ModelError for an attribute that may place or move a frame and is not understood.
-
-    Attributes with a prefix belong to other programs.
-    """
-    for tag, known in FRAME_ATTRIBUTES.items():
-        found = element.find(tag)
-        for key in () if found is None else found.attrib:
-            if key not in known and ':' not in key:
-                raise ModelError(f'{where}: <{tag}> has the unknown attribute {key[:60]!r}; {suggest(key, known)}')
+        soft=soft, notes=(*spelling, *notes, *soft_notes))
 
 
 def _read_link(element: ElementTree.Element, role: str, where: str) -> str:
