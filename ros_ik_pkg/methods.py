@@ -101,7 +101,7 @@ TABLE = (
 METHODS = tuple(method.name for method in TABLE)
 BY_NAME = {method.name: method for method in TABLE}
 DEFAULT = 'adaptive_dls'
-HURRIED_STRIDE = 2.0  # factor on the step cap of a method in a hurried descent: a quarter fewer steps
+HURRIED_STRIDE = 2.0  # factor on the step cap of a method in a hurried attempt of a search: a quarter fewer steps
 
 
 def option_names() -> tuple[str, ...]:
