@@ -48,7 +48,7 @@ def arguments() -> argparse.ArgumentParser:
     add('--robot', default=NOTES_ROBOT, help='robot of config/robots, .urdf, .xacro or DH .yaml (default: %(default)s)')
     add('--seed', nargs='+', type=float, metavar='Q', help='joints [deg or m] (default: that of the notes, else home)')
     add('--target', nargs=6, type=float, metavar=('X', 'Y', 'Z', 'ROLL', 'PITCH', 'YAW'), help='pose [m], [deg]')
-    add('--methods', nargs='+', choices=METHODS, default=METHODS, metavar='NAME', help='default: all five')
+    add('--methods', nargs='+', choices=METHODS, default=METHODS, metavar='NAME', help='default: all')
     add('--tolerance', type=float, default=1e-6, help='for position [m] and orientation [rad] (default: %(default)s)')
     add('--max-iterations', type=int, default=2000, help='default: %(default)s')
     add('--damping', type=float, help='lambda of dls and lambda_0 of adaptive_dls (default: those of the node)')

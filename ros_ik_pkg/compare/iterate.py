@@ -12,10 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from ros_ik_pkg.ik import METHODS, Arm, SolveOptions
+from ros_ik_pkg.methods import BY_NAME, HURRIED_STRIDE
 
-ADAPTIVE_CAP = 0.3  # rad or m, the cap of the notes on each joint's step of adaptive_dls
 RANK_TOLERANCE = 1e-10  # singular values below this count as zero
-STRIDE = 2.0  # a search takes steps up to this many caps long in its first attempts
 AT_LIMIT = 1e-9  # rad, m
 
 
@@ -102,15 +101,14 @@ class Directions:
             return _transpose_gain(s, self.component) * s
         with np.errstate(divide='ignore'):
             inverse = np.where(s > RANK_TOLERANCE, 1.0 / s, np.inf)
-        if method == 'pinv':
-            return inverse
-        if method in ('dls', 'adaptive_dls'):
-            damping = damping_of(method, float(np.linalg.norm(self.component)), options)
-            with np.errstate(invalid='ignore', divide='ignore'):
-                return np.where(s > 0.0, s / (s * s + damping * damping), 0.0)
         if method == 'sdls':
             return self._selective_gains(np.where(np.isfinite(inverse), inverse, 0.0), options.sdls_max_step)
-        raise ValueError(f'method {method!r} is unknown; expected one of {", ".join(METHODS)}')
+        if method not in BY_NAME:
+            raise ValueError(f'method {method!r} is unknown; expected one of {", ".join(METHODS)}')
+        damping = damping_of(method, float(np.linalg.norm(self.component)), options)
+        if damping == 0.0:
+            return inverse
+        return s / (s * s + damping * damping)
 
     def _selective_gains(self, gains: np.ndarray, largest_step: float) -> np.ndarray:
         """Bound the motion along each direction, then the largest joint step of their sum."""
@@ -136,10 +134,9 @@ def _transpose_gain(sigma: np.ndarray, component: np.ndarray) -> float:
 
 
 def damping_of(method: str, error_norm: float, options: SolveOptions) -> float:
-    """Return lambda of a damped method at an error of this norm."""
-    if method == 'dls':
-        return options.dls_damping
-    return max(options.adaptive_dls_damping, options.adaptive_dls_gain * error_norm)
+    """Return lambda of a method at an error of this norm; 0 for methods without damping."""
+    damping = BY_NAME[method].damping
+    return 0.0 if damping is None else damping(options, error_norm)
 
 
 def directions_of(jacobian: np.ndarray, error: np.ndarray) -> Directions:
@@ -175,8 +172,7 @@ def make_iterate(
     base_from_tip, jacobian = arm.forward(q), arm.jacobian(q)
     error = twist_error(target, base_from_tip)
     directions = directions_of(jacobian, error)
-    damped = method in ('dls', 'adaptive_dls')
-    cap = options.max_joint_step or (ADAPTIVE_CAP if method == 'adaptive_dls' else np.inf)
+    cap = options.max_joint_step or BY_NAME[method].step_cap
     held = (q <= arm.lower + AT_LIMIT) | (q >= arm.upper - AT_LIMIT)
     return Iterate(
         iteration=iteration,
@@ -185,8 +181,8 @@ def make_iterate(
         base_from_tip=base_from_tip,
         error=error,
         jacobian=jacobian,
-        damping=damping_of(method, float(np.linalg.norm(error)), options) if damped else 0.0,
-        capped=_equal(np.abs(step), cap) | _equal(np.abs(step), STRIDE * cap),
+        damping=damping_of(method, float(np.linalg.norm(error)), options),
+        capped=_equal(np.abs(step), cap) | _equal(np.abs(step), HURRIED_STRIDE * cap),
         frozen=held & (step == 0.0) & (not last),
         directions=directions,
     )

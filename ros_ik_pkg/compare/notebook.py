@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ros_ik_pkg.compare.problem import Problem
-from ros_ik_pkg.ik import SolveOptions
+from ros_ik_pkg.ik import METHODS, SolveOptions
+from ros_ik_pkg.methods import option_names
 
 FORMAT = 4, 5  # of nbformat
 
@@ -34,8 +35,7 @@ def _contents(
     changed = {
         name: value for name, value in (
             (name, getattr(options, name)) for name in ('max_iterations', 'position_tolerance', 'orientation_tolerance',
-                                                        'step_size', 'dls_damping', 'adaptive_dls_damping',
-                                                        'adaptive_dls_gain')
+                                                        'step_size', *option_names())
         ) if value != getattr(SolveOptions(), name)
     }  # fmt: skip
     arguments = ', '.join(f'{name}={value!r}' for name, value in changed.items())
@@ -70,6 +70,6 @@ def _contents(
          'directions = iterate.directions\n'
          "print('singular values', directions.sigma.round(4))\n"
          "print('error along   ', directions.component.round(4))\n"
-         "for method in ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls'):\n"
+         f'for method in {METHODS!r}:\n'
          "    print(f'{method:13} gains', directions.gains(method, options).round(3))"),
     ]  # fmt: skip

@@ -1,16 +1,11 @@
-"""Colours of the methods, the same everywhere: the Okabe-Ito palette, which is safe for colour-blind readers."""
+"""Colours, the same in plots, messages and on the page; those of the methods are in the table of methods."""
 
 from __future__ import annotations
 
-COLOURS = {
-    'transpose': '#e69f00',
-    'pinv': '#cc79a7',
-    'dls': '#0072b2',
-    'adaptive_dls': '#009e73',
-    'sdls': '#56b4e9',
-}
-# On a dark background, blue and green have too little contrast.
-COLOURS_ON_DARK = {**COLOURS, 'dls': '#6c8cff', 'adaptive_dls': '#1fc79a', 'pinv': '#e08fc0'}
+from ros_ik_pkg.methods import TABLE
+
+COLOURS = {method.name: method.colour for method in TABLE}
+COLOURS_ON_DARK = {method.name: method.dark_colour for method in TABLE}
 TARGET = '#d7261e'
 GOOD, BAD = '#2b8a4b', '#d7261e'
 GOOD_ON_DARK, BAD_ON_DARK = '#51cf7f', '#ff7b72'

@@ -17,6 +17,7 @@ from ros_ik_pkg.compare.palette import COLOURS, TARGET
 from ros_ik_pkg.compare.problem import Problem, is_rotary
 from ros_ik_pkg.compare.runs import MethodRun
 from ros_ik_pkg.compare.words import describe
+from ros_ik_pkg.methods import BY_NAME
 
 FLOOR = 1e-8  # m, rad; lower end of the error plots
 MOST_COLUMNS = 7  # joint plots in a row
@@ -31,11 +32,6 @@ STYLE: Any = {
     'axes.titleweight': 'bold', 'axes.titlelocation': 'left', 'axes.grid': True, 'grid.color': FAINT,
     'grid.linewidth': 0.7, 'xtick.color': INK, 'ytick.color': INK, 'lines.solid_capstyle': 'round',
 }  # fmt: skip
-# In addition to the colours, so that the plot is readable in black and white.
-DASHES: dict[str, Any] = {
-    'transpose': '-', 'pinv': (0, (5, 1.5)), 'dls': (0, (1, 1)), 'adaptive_dls': '-', 'sdls': (0, (6, 1.5, 1, 1.5)),
-}  # fmt: skip
-WIDTHS = {'adaptive_dls': 3.0}
 
 
 def save_picture(path: Path, problem: Problem, runs: Sequence[MethodRun]) -> None:
@@ -67,10 +63,8 @@ def draw(problem: Problem, runs: Sequence[MethodRun]) -> Figure:
 
 def _line_style(run: MethodRun) -> dict[str, Any]:
     """Return the line style of a run, the same in every plot."""
-    return {
-        'color': COLOURS[run.method], 'linestyle': DASHES[run.method], 'linewidth': WIDTHS.get(run.method, 1.9),
-        'label': run.method,
-    }  # fmt: skip
+    method = BY_NAME[run.method]
+    return {'color': method.colour, 'linestyle': method.dash, 'linewidth': method.width, 'label': method.name}
 
 
 def draw_errors(axes: Axes, runs: Sequence[MethodRun], column: str, label: str) -> None:

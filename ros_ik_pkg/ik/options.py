@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from array import array
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, make_dataclass
 from dataclasses import field as dataclass_field
 from typing import Any
 
 import numpy as np
 
 from ros_ik_pkg.ik.exceptions import OptionError
-from ros_ik_pkg.ik.kernel.data_layout import Tuning
+from ros_ik_pkg.ik.kernel.data_layout import METHOD_COLUMNS, Tuning
 from ros_ik_pkg.ik.text import suggest, to_number
+from ros_ik_pkg.methods import BY_NAME, DEFAULT, METHODS, TABLE
 
-METHODS = ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
 CHOICES = ('first', 'nearest', 'all')
 TASK_FRAMES = ('base', 'tip')
 GEOMETRIES = ('convex', 'mesh')
@@ -119,15 +119,34 @@ def option(default: Any, text: str, **spec: Any) -> Any:
     return dataclass_field(default=default, metadata={'text': text, **spec})
 
 
+def _own_caps() -> str:
+    return ', '.join(f'{method.name} {method.step_cap:g}' for method in TABLE if method.step_cap < math.inf)
+
+
+def _method_options() -> Any:
+    """Return a dataclass with the options that methods own, from the table of methods."""
+    declared = [
+        (f'{method.name}_{own.name}', float, option(
+            own.default, f'{method.name}: {own.text}', ros_name=f'{method.name}.{own.name}', unit=own.unit,
+            minimum=own.minimum, maximum=own.maximum,
+        ))
+        for method in TABLE for own in method.options
+    ]  # fmt: skip
+    return make_dataclass('MethodOptions', declared, frozen=True, kw_only=True)
+
+
+MethodOptions = _method_options()
+
+
 @dataclass(frozen=True)
-class SolveOptions:
-    """Options of one solve; every value is checked when the object is made.
+class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from the table of methods
+    """Options of one solve, and those of the methods (dls_damping, ...); every value is checked when it is made.
 
     Raises OptionError that names the option, the value got and what is allowed.
     """
 
     method: str = option(
-        'adaptive_dls', 'the step rule: how a pose error becomes a joint step', allowed=METHODS
+        DEFAULT, 'the step rule: how a pose error becomes a joint step', allowed=METHODS
     )
     max_iterations: int = option(100, 'steps of one attempt at most', minimum=0, maximum=100000)
     max_attempts: int = option(
@@ -149,31 +168,10 @@ class SolveOptions:
     step_size: float = option(1.0, 'factor on every step: q <- q + step_size * dq', minimum=1e-6, maximum=2.0)
     max_joint_step: float = option(
         0.0,
-        "cap on each joint's step; 0 leaves it to the method (adaptive_dls 0.3, sdls its max_step, others none)",
+        f"cap on each joint's step; 0 leaves it to the method ({_own_caps()}, others none but by their own options)",
         unit='rad or m',
         minimum=0.0,
         maximum=10.0,
-    )
-    dls_damping: float = option(
-        0.01, 'dls: constant damping lambda', ros_name='dls.damping', minimum=0.0, maximum=100.0
-    )
-    adaptive_dls_damping: float = option(
-        1e-3, 'adaptive_dls: smallest damping lambda_0', ros_name='adaptive_dls.damping', minimum=0.0, maximum=100.0
-    )
-    adaptive_dls_gain: float = option(
-        0.2,
-        'adaptive_dls: damping over error norm, lambda = max(lambda_0, gain |e|)',
-        ros_name='adaptive_dls.gain',
-        minimum=0.0,
-        maximum=100.0,
-    )
-    sdls_max_step: float = option(
-        math.pi / 4,
-        "sdls: gamma_max, the largest joint step of one iteration",
-        ros_name='sdls.max_step',
-        unit='rad',
-        minimum=1e-3,
-        maximum=math.pi,
     )
     respect_limits: bool = option(True, 'keep every iterate and every answer within the joint limits')
     choice: str = option(
@@ -262,11 +260,18 @@ class SolveOptions:
         object.__setattr__(self, 'numbers', self._numbers())
 
     def _numbers(self) -> np.ndarray:
-        """Give the options as the compiled code takes them: the fields of `records.Tuning`, then the lists."""
-        words = {'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES}
+        """Give the options as compiled code takes them: the fields of `Tuning`, then the lists."""
+        words: dict[str, tuple[str, ...]] = {
+            'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES
+        }  # fmt: skip
+        method = BY_NAME[self.method]
+        columns = {name: getattr(method, name) for name in METHOD_COLUMNS}
+        names: tuple[str, ...] = Tuning._fields
         values = [
-            words[name].index(getattr(self, name)) if name in words else getattr(self, name) for name in Tuning._fields
-        ]
+            words[name].index(getattr(self, name)) if name in words
+            else columns[name] if name in columns else getattr(self, name)
+            for name in names
+        ]  # fmt: skip
         lists = [*self.task_weights, *self.task_tolerances, len(self.joint_weights), *self.joint_weights, *self.posture]
         return np.array([*values, *lists], dtype=np.float64)
 

@@ -7,21 +7,15 @@ from html import escape
 
 import numpy as np
 
-from ros_ik_pkg.compare.iterate import Iterate, damping_of
+from ros_ik_pkg.compare.iterate import Iterate
 from ros_ik_pkg.compare.problem import numbers_of
 from ros_ik_pkg.ik import METHODS, SolveOptions
+from ros_ik_pkg.methods import BY_NAME, TABLE
 from ros_ik_pkg.panel.texts import Texts
 
 SIDE = 1000  # of the drawing
 SIGMAS = -4.0, 0.6  # powers of ten of the singular values that the chart shows
 GAINS = -2.5, 4.5
-FORMULAS = {
-    'transpose': 'dq = α Jᵀe',
-    'pinv': 'dq = Jᵀ(JJᵀ)⁻¹e',
-    'dls': 'dq = Jᵀ(JJᵀ + λ²I)⁻¹e',
-    'adaptive_dls': 'dq = Jᵀ(JJᵀ + λ²I)⁻¹e, λ = max(λ₀, c‖e‖)',
-    'sdls': 'dq = clamp(Σᵢ clamp((⟨uᵢ,e⟩/sᵢ) vᵢ, γᵢ), γ)',
-}
 JOINT_COLOURS = (
     '#e69f00', '#0072b2', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#8c6bb1', '#8d8d00', '#6b6b6b', '#b15928',
     '#1b9e9e', '#a6761d',
@@ -64,7 +58,7 @@ def _card(iterate: Iterate, method: str, options: SolveOptions, last: bool, text
          f'ΔR <span data-figure="orientation_error">{iterate.orientation_error:.3e}</span> rad'),
         ('jacobian', f'<code>J(q)</code> 6 × {len(iterate.q)}: s = {" ".join(f"{s:.3g}" for s in sigma)}, '
          f's₁/s<sub>{len(sigma)}</sub> = {condition:.3g}'),
-        ('step', f'<code>{FORMULAS[method]}</code>{damping}'),
+        ('step', f'<code>{BY_NAME[method].formula}</code>{damping}'),
         ('update', f'<code>q ← q + α dq</code>: {texts["largest step"]} {np.abs(iterate.step).max():.3g}, '
          f'‖dq‖ <span data-figure="step_norm">{np.linalg.norm(iterate.step):.3e}</span>; {stop}'),
     )  # fmt: skip
@@ -118,10 +112,11 @@ def _laws(iterate: Iterate, options: SolveOptions) -> Mapping[str, tuple[np.ndar
     directions = iterate.directions
     largest = directions.sigma[0]
     slope = directions.gains('transpose', options)[0] / largest if largest > 0.0 else 0.0
-    laws = {'transpose': (s, slope * s), 'pinv': (s, 1.0 / s)}
-    for method in ('dls', 'adaptive_dls'):
-        damping = damping_of(method, norm, options)
-        laws[method] = (s, s / (s * s + damping * damping))
+    laws = {'transpose': (s, slope * s)}
+    for method in TABLE:
+        if method.damping is not None:
+            damping = method.damping(options, norm)
+            laws[method.name] = (s, s / (s * s + damping * damping))
     return laws
 
 

@@ -7,10 +7,16 @@ from typing import Any
 
 import viser
 
-from ros_ik_pkg.ik import METHODS
+from ros_ik_pkg.methods import DEFAULT, METHODS, TABLE, MethodOption
 from ros_ik_pkg.panel.texts import Texts
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 
+SLIDERS = {  # lowest and highest value, and step
+    'dls.damping': (0.0, 0.5, 0.005),
+    'adaptive_dls.gain': (0.0, 1.0, 0.01),
+    'sdls.max_step': (0.01, 3.14, 0.01),
+}
+FINEST = 0.001  # step of fields for numbers
 TOLERANCES = tuple(f'1e-{k:02d}' for k in range(2, 9))
 COMPARE = 'compare'
 
@@ -25,9 +31,9 @@ class ParameterControls:
         on: Callable[[Any, Callable[[Any], object]], None],
         changed: Callable[[str, Any], object],
     ) -> None:
-        self._gui, self._on, self._changed = gui, on, changed
+        self._gui, self._texts, self._on, self._changed = gui, texts, on, changed
         self._handles: dict[str, Any] = {}
-        self._add('method', gui.add_dropdown(texts['node method'], METHODS, initial_value='adaptive_dls'))
+        self._add('method', gui.add_dropdown(texts['node method'], METHODS, initial_value=DEFAULT))
         with gui.add_folder(texts['compared']):
             self._compared = {name: gui.add_checkbox(name, True) for name in METHODS}
         for box in self._compared.values():
@@ -38,14 +44,21 @@ class ParameterControls:
             self._add('max_iterations', gui.add_number(texts['iterations'], 2000, min=0, max=100000, step=1))
             self._add('step_size', gui.add_slider(texts['step size'], 0.05, 2.0, 0.05, 1.0))
         with gui.add_folder(texts['damping']):
-            self._add('dls.damping', gui.add_slider('dls', 0.0, 0.5, 0.005, 0.01, hint='lambda'))
-            self._add(
-                'adaptive_dls.damping',
-                gui.add_number(texts['adaptive least'], 0.001, min=0.0, max=100.0, step=0.001, hint='lambda_0'),
-            )
-            gain = gui.add_slider(texts['adaptive gain'], 0.0, 1.0, 0.01, 0.2, hint='lambda = gain * error')
-            self._add('adaptive_dls.gain', gain)
-            self._add('sdls.max_step', gui.add_slider(texts['sdls step'], 0.01, 3.14, 0.01, 0.79, hint='rad'))
+            for method in TABLE:
+                for option in method.options:
+                    self._add_method_option(method.name, option)
+
+    def _add_method_option(self, method: str, option: MethodOption) -> None:
+        """Add a slider, or a field for the number if no range of it is the usual one."""
+        name = f'{method}.{option.name}'
+        label, value = self._texts.get(name, f'{method}, {option.name}'), option.default
+        hint = option.text + (f' [{option.unit}]' if option.unit else '')
+        if name in SLIDERS:
+            low, high, step = SLIDERS[name]
+            self._add(name, self._gui.add_slider(label, low, high, step, value, hint=hint))
+        else:
+            low, high = option.minimum, option.maximum
+            self._add(name, self._gui.add_number(label, value, min=low, max=high, step=FINEST, hint=hint))
 
     def _add_tolerance(self, name: str, label: str, hint: str) -> None:
         self._add(name, self._gui.add_dropdown(label, TOLERANCES, initial_value=TOLERANCES[-3], hint=hint), float)

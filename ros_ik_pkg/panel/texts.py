@@ -39,9 +39,10 @@ _TEXTS = {
     'iterations': ('Iterations', 'Liczba iteracji'),
     'step size': ('Step size', 'Wielkość kroku'),
     'damping': ('Damping', 'Tłumienie'),
-    'adaptive least': ('adaptive, least', 'adaptacyjne, najmniejsze'),
-    'adaptive gain': ('adaptive, gain', 'adaptacyjne, współczynnik'),
-    'sdls step': ('sdls, gamma_max', 'sdls, gamma_max'),
+    'adaptive_dls.damping': ('adaptive, least', 'adaptacyjne, najmniejsze'),
+    'adaptive_dls.gain': ('adaptive, gain', 'adaptacyjne, współczynnik'),
+    'dls.damping': ('dls', 'dls'),
+    'sdls.max_step': ('sdls, gamma_max', 'sdls, gamma_max'),
     'waiting': ('waiting for the node …', 'czekam na węzeł …'),
     'looking': ('looking for the node …', 'szukam węzła …'),
     'no node': ('no IK node {name}; waiting for it …', 'nie ma węzła IK {name}; czekam na niego …'),
@@ -124,6 +125,7 @@ _COUNTS = {
     'en': ('No methods', 'One method', 'Two methods', 'Three methods', 'Four methods', 'Five methods'),
     'pl': ('Bez metod', 'Jedna metoda', 'Dwie metody', 'Trzy metody', 'Cztery metody', 'Pięć metod'),
 }
+_MANY = {'en': '{count} methods', 'pl': '{count} metod'}
 _STATUSES = {
     'pl': {
         Status.CONVERGED.label: 'zbieżna',
@@ -174,13 +176,19 @@ class Texts:
     def __getitem__(self, key: str) -> str:
         return _TEXTS[key][LANGUAGES.index(self.language)]
 
+    def get(self, key: str, otherwise: str) -> str:
+        """Return the text of a key, or another text if there is none."""
+        return self[key] if key in _TEXTS else otherwise
+
     def fill(self, key: str, **values: object) -> str:
         """Return a text with its placeholders filled in."""
         return self[key].format(**values)
 
     def title(self, count: int) -> str:
         """Return the title of the page for this number of compared methods."""
-        return self.fill('title', count=_COUNTS[self.language][count])
+        counts = _COUNTS[self.language]
+        words = counts[count] if count < len(counts) else _MANY[self.language].format(count=count)
+        return self.fill('title', count=words)
 
     def status(self, label: str) -> str:
         """Return the label of a status for the table."""

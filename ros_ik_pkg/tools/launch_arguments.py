@@ -1,7 +1,7 @@
 """Arguments of the launch files, their checks, and the launch action that starts the IK node.
 
 `ros2 launch` runs on the system's Python, which may lack Numba, so this module imports nothing that needs it; a test
-compares the lists below with the node's own.
+compares its lists with the node's own.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from ros_ik_pkg.methods import DEFAULT, METHODS
 from ros_ik_pkg.ros.runtime.stop_flag import LAUNCHER_VARIABLE
 
 PACKAGE = 'ros_ik_pkg'
-METHODS = ('transpose', 'pinv', 'dls', 'adaptive_dls', 'sdls')
 SEED_SOURCES = ('joint_states', 'last_solution', 'home')
 LOG_LEVELS = ('debug', 'info', 'warn', 'error', 'fatal')
 TRUE, FALSE = ('true', 'True', '1'), ('false', 'False', '0')
@@ -44,7 +44,7 @@ def optional_choice(text: str, choices: tuple[str, ...], otherwise: str) -> Argu
     return Argument('', f'{text}; empty: that of params_file, else {otherwise}', ('', *choices))
 
 
-METHOD = optional_choice('step rule of the solver', METHODS, 'adaptive_dls')
+METHOD = optional_choice('step rule of the solver', METHODS, DEFAULT)
 SEED_SOURCE = optional_choice('where a solve starts', SEED_SOURCES, 'joint_states')
 COMPARE = Argument('', f'methods to compare on every target, separated by commas: {", ".join(METHODS)}, or all; '
                        'empty: those of params_file, else none')  # fmt: skip

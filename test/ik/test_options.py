@@ -204,6 +204,10 @@ def test_the_compiled_code_gets_every_number_in_its_place():
     numbers = SolveOptions(**values).numbers
     assert numbers.dtype == np.float64
     expected = values | {name: words.index(values[name]) for name, words in WORDS.items()}
+    expected |= {'step_cap': np.inf, 'may_hurry': True, 'finish_by_lm': True}  # of sdls
+    assert SolveOptions(method='adaptive_dls').numbers[Tuning._fields.index('step_cap')] == 0.3
+    places = [Tuning._fields.index(name) for name in ('may_hurry', 'finish_by_lm')]
+    assert not SolveOptions(method='transpose').numbers[places].any()
     count = len(Tuning._fields)
     assert numbers[:count].tolist() == [float(expected[name]) for name in Tuning._fields]
     assert numbers[count:].tolist() == [*range(1, 13), 2, *range(13, 17)]

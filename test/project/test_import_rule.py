@@ -11,16 +11,18 @@ PACKAGE = 'ros_ik_pkg'
 ROOT = Path(__file__).resolve().parents[2]
 MODULES = sorted((ROOT / PACKAGE).rglob('*.py'))
 
-# Part of the package -> the parts that it may import. `share` is where the package's files are.
+# Part of the package -> the parts that it may import. `share` is where the package's files are,
+# `methods` the table of methods.
 BELOW = {
     'share': set(),
-    'ik': {'share'},
-    'compare': {'ik', 'share'},
-    'ros': {'ik', 'compare', 'share'},
-    'panel': {'ros', 'compare', 'ik', 'share'},
-    'tools': {'ros', 'compare', 'ik', 'share'},
+    'methods': set(),
+    'ik': {'share', 'methods'},
+    'compare': {'ik', 'share', 'methods'},
+    'ros': {'ik', 'compare', 'share', 'methods'},
+    'panel': {'ros', 'compare', 'ik', 'share', 'methods'},
+    'tools': {'ros', 'compare', 'ik', 'share', 'methods'},
 }
-WITHOUT_ROS = {'share', 'ik', 'compare'}
+WITHOUT_ROS = {'share', 'methods', 'ik', 'compare'}
 ROS_LIBRARIES = {'rclpy', 'rcl_interfaces', 'tf2_ros'}
 READERS = {'pinocchio', 'coal', 'hppfcl', 'yaml', 'xml'}
 MODEL_FILES = {

@@ -22,7 +22,7 @@ import numba
 
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 
-PACKAGE = 'ros_ik_pkg.ik'
+PACKAGE = 'ros_ik_pkg'
 DECORATED = re.compile(r'^@(compiled|kernel|inlined|door)\b', re.MULTILINE)
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -53,9 +53,9 @@ def is_writable(folder: Path) -> bool:
 
 
 def sources_of_compiled_code() -> list[Path]:
-    """Return the files of `ros_ik_pkg.ik` that hold compiled functions, and those whose constants they import."""
-    top = Path(__file__).parents[1]
-    imported = {path: _imported_files(path, top) for path in top.rglob('*.py')}
+    """Return the files of the package that hold compiled functions, and those whose constants they import."""
+    top = Path(__file__).parents[2]
+    imported = {path: _imported_files(path, top) for path in (*(top / 'ik').rglob('*.py'), *top.glob('*.py'))}
     found = {path for path in imported if DECORATED.search(path.read_text())}
     while more := {file for path in found for file in imported[path]} - found:
         found |= more

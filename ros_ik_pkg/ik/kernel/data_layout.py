@@ -6,14 +6,17 @@ of a microsecond; `unpack_model` cuts it into views again.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from ros_ik_pkg.ik.kernel.compiled import inlined
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kernel.sincos import BLOCK
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
+from ros_ik_pkg.methods import option_names
 
 TRACE_WIDTH = len(TRACE_COLUMNS)
 HEADER = 3  # numbers before the parts of a packed arm
@@ -40,30 +43,14 @@ class Reach(NamedTuple):
     lengths: np.ndarray  # (2,) largest distance of the two points, and of the tip from in_base [m]
 
 
-class Tuning(NamedTuple):
-    """SolveOptions as numbers, but for those that are lists."""
-
-    method: float
-    max_iterations: float
-    max_attempts: float
-    deadline: float
-    position_tolerance: float
-    orientation_tolerance: float
-    step_size: float
-    max_joint_step: float
-    dls_damping: float
-    adaptive_dls_damping: float
-    adaptive_dls_gain: float
-    sdls_max_step: float
-    respect_limits: float
-    choice: float
-    max_joint_jump: float
-    task_frame: float
-    null_space: float
-    null_space_step: float
-    collision_margin: float
-
-
+# SolveOptions as numbers, except those that are lists; what the table of methods says of the selected method; and the
+# options that methods own.
+METHOD_COLUMNS = ('step_cap', 'may_hurry', 'finish_by_lm')
+Tuning: Any = namedtuple('Tuning', (  # type: ignore[misc]  # its names come from a table
+    'method', 'max_iterations', 'max_attempts', 'deadline', 'position_tolerance', 'orientation_tolerance', 'step_size',
+    'max_joint_step', 'respect_limits', 'choice', 'max_joint_jump', 'task_frame', 'null_space', 'null_space_step',
+    'collision_margin', *METHOD_COLUMNS, *option_names(),
+))  # fmt: skip
 TUNABLES = len(Tuning._fields)
 
 
@@ -143,11 +130,7 @@ class Recorder(NamedTuple):
 @inlined
 def tuning_of(numbers):
     """Give the first numbers their names."""
-    return Tuning(
-        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7], numbers[8],
-        numbers[9], numbers[10], numbers[11], numbers[12], numbers[13], numbers[14], numbers[15], numbers[16],
-        numbers[17], numbers[18],
-    )  # fmt: skip
+    return Tuning(*to_fixed_tuple(numbers, TUNABLES))
 
 
 def pack_model(geometry: Geometry, reach: Reach, starts: np.ndarray) -> np.ndarray:
@@ -203,10 +186,16 @@ def make_joints(model, memory):
     return Joints(shaped(memory, 0, (joints, 6)), angles[0], angles[1], angles[2])
 
 
+# How many arrays of each shape make_records needs: (6, 6), (6,), (n, 6), (6, n) and (n,), besides one answer (n,)
+SQUARES, SIXES, BY_COLUMN, BY_ROW, VECTORS = 3, 6, 2, 2, 7
+FIXED = 36 * SQUARES + 6 * SIXES
+PER_VARIABLE = 6 * (BY_COLUMN + BY_ROW) + VECTORS + 1
+
+
 @inlined
 def buffer_size(model):
     """Return how many numbers make_records cuts up for a packed arm."""
-    return 144 + 32 * int(model[0]) + joints_size(model)
+    return FIXED + PER_VARIABLE * int(model[0]) + joints_size(model)
 
 
 @inlined
@@ -217,12 +206,14 @@ def make_records(model, buffer, scores, integers, rows):
     To be called by kernels only, as unpack_model.
     """
     n = int(model[0])
-    a = 144
-    b, c, d = a + 12 * n, a + 24 * n, a + 31 * n
+    a = FIXED
+    b = a + BY_COLUMN * 6 * n
+    c = b + BY_ROW * 6 * n
+    d = c + VECTORS * n
     e = d + n
-    squares, sixes = shaped(buffer, 0, (3, 6, 6)), shaped(buffer, 108, (6, 6))
-    by_column = shaped(buffer, a, (2, n, 6))
-    by_row, vectors = shaped(buffer, b, (2, 6, n)), shaped(buffer, c, (7, n))
+    squares, sixes = shaped(buffer, 0, (SQUARES, 6, 6)), shaped(buffer, SQUARES * 36, (SIXES, 6))
+    by_column = shaped(buffer, a, (BY_COLUMN, n, 6))
+    by_row, vectors = shaped(buffer, b, (BY_ROW, 6, n)), shaped(buffer, c, (VECTORS, n))
     work = Workspace(
         make_joints(model, shaped(buffer, e, (joints_size(model),))), by_column[0],
         sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],

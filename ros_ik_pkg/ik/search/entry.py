@@ -22,7 +22,7 @@ from ros_ik_pkg.ik.kernel.data_layout import (
     tuning_of,
     unpack_model,
 )
-from ros_ik_pkg.ik.kernel.linalg import assign, fill
+from ros_ik_pkg.ik.kernel.linalg import ROWS, assign, fill
 from ros_ik_pkg.ik.kernel.numba_insides import on_stack, shaped, small_loops
 from ros_ik_pkg.ik.kinematics.task import look, make_task
 from ros_ik_pkg.ik.search.search import search
@@ -32,14 +32,21 @@ from ros_ik_pkg.ik.step.limits import bring_inside, limits_mask
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
 # of numbers for each joint are for another arm
 NOT_COMPILED = -2.0  # status of a row that needs what solve_usual leaves out
-LISTS = TUNABLES + 12  # where the lists of SolveOptions begin: how many joint weights, they themselves, the posture
+# Where the lists in the numbers of SolveOptions begin: first two of six, then the joint weights with their count before
+# them and the posture, which may be empty.
+WEIGHTS = TUNABLES
+TOLERANCES = WEIGHTS + ROWS
+JOINT_WEIGHTS = TOLERANCES + ROWS
 ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as a rotation
 
 
-(
-    STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR, JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK,
-    SEED_CLIPPED, TIME,
-) = range(len(FIGURES))  # fmt: skip
+STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR = (
+    FIGURES.index(name)
+    for name in ('status', 'found', 'iterations', 'attempts', 'position_error', 'orientation_error')
+)
+JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK, SEED_CLIPPED, TIME = (
+    FIGURES.index(name) for name in ('joint_distance', 'sigma_min', 'limits_mask', 'seed_clipped', 'solve_time')
+)
 WIDTH = len(FIGURES)
 
 
@@ -125,10 +132,10 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
     work, recorder, one = make_records(model, buffer, scores, integers, rows)
     kept = answers if len(answers) > 0 else one
     tuning = tuning_of(numbers)
-    weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
-    joint_weights = shaped(numbers, LISTS + 1, (int(numbers[LISTS]),))
+    weights, tolerances = shaped(numbers, WEIGHTS, (ROWS,)), shaped(numbers, TOLERANCES, (ROWS,))
+    joint_weights = shaped(numbers, JOINT_WEIGHTS + 1, (int(numbers[JOINT_WEIGHTS]),))
     posture = shaped(numbers, len(numbers) - n, (n,))
-    given = len(numbers) - LISTS - 1 - len(joint_weights)
+    given = len(numbers) - JOINT_WEIGHTS - 1 - len(joint_weights)
     fits = given in (0, n) and len(joint_weights) in (0, n)
     for k in range(len(out)):
         began = now(work.clock)

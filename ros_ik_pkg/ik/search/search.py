@@ -26,7 +26,8 @@ from ros_ik_pkg.ik.search.solutions import NOT_ACCEPTED, count_accepted, keep_so
 from ros_ik_pkg.ik.search.starts import distance_of, nearest_start, next_start, score_starts
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.step.limits import clip, unwrap
-from ros_ik_pkg.ik.step.methods import TRANSPOSE, joint_step_cap
+from ros_ik_pkg.ik.step.methods import joint_step_cap
+from ros_ik_pkg.methods import HURRIED_STRIDE
 
 UNREACHABLE = int(Status.UNREACHABLE)
 JOINT_JUMP = int(Status.JOINT_JUMP)
@@ -39,7 +40,6 @@ BY_METHOD, TO_TOLERANCE, FROM_SEED = range(3)  # kinds of attempts
 HURRIED = (5, 0.9)
 PATIENT = (20, 0.999)
 HURRIED_ATTEMPTS = 50  # those after that are patient: the target is hard
-STRIDE = 2.0  # factor on the step cap of a method in a hurried attempt: a quarter fewer steps
 LOOK = 2  # steps after which a seed is left that is still further from the target than the nearest start
 CLOSE = 2.0  # times the error norm that the tolerances allow: from there on TO_TOLERANCE is tried
 ATTEMPTS_OUT_OF_REACH = 8  # to find the closest approach to a target that is provably out of reach
@@ -64,16 +64,15 @@ class Plan(NamedTuple):
 @inlined
 def make_plan(geometry, reach, task, tuning, began):
     """Return the plan for a task."""
-    by_lesson = int(tuning.method) == TRANSPOSE  # its slow convergence is the lesson
     hopeless = out_of_reach(geometry, reach, task, tuning)
-    hurried = 0 if int(tuning.max_attempts) == 1 or hopeless or by_lesson else HURRIED_ATTEMPTS
+    hurried = 0 if int(tuning.max_attempts) == 1 or hopeless or tuning.may_hurry == 0.0 else HURRIED_ATTEMPTS
     near_seed = int(tuning.choice) != FIRST or tuning.max_joint_jump > 0.0
     return Plan(
         min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts,
         hurried,
         near_seed,
         hurried > 0 and task.plain > 0.0 and not near_seed,
-        not by_lesson,
+        tuning.finish_by_lm > 0.0,
         hopeless,
         CLOSE * tolerated_norm(task, tuning),
         began + tuning.deadline if tuning.deadline > 0.0 else math.inf,
@@ -101,7 +100,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             from_near = plan.near_seed or (plan.may_leave_seed and taken == 0)
             patient = not hurry or (attempts == 0 and from_near)
             patience, progress = PATIENT if patient else HURRIED
-            cap = joint_step_cap(tuning, STRIDE if hurry else 1.0)
+            cap = joint_step_cap(tuning, HURRIED_STRIDE if hurry else 1.0)
             pause = LOOK if attempts == 0 and taken == 0 and plan.may_leave_seed else -1
             status, taken, position_error, orientation_error, norm, nearest = descend(
                 geometry, task, tuning, cap, patience, progress, plan.stop_time,

@@ -1,4 +1,4 @@
-"""The five step rules, and the one place that tells them apart.
+"""The compiled step rules of the methods, and the one place that tells them apart.
 
 Each reads the Jacobian's columns and the weighted error from the workspace, writes the joint step dq and
 returns its damping. A frozen joint is a column of zeros: its dq comes out as 0 by every rule. A rule that
@@ -11,9 +11,9 @@ import math
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 from ros_ik_pkg.ik.kernel.linalg import ROWS, factor, gram, lower_triangle, substitute, svd
+from ros_ik_pkg.methods import METHODS
 
-TRANSPOSE, PINV, DLS, ADAPTIVE_DLS, SDLS = range(5)
-ADAPTIVE_JOINT_STEP = 0.3  # rad or m, the notes' cap for adaptive_dls
+TRANSPOSE, DLS, ADAPTIVE_DLS, SDLS = (METHODS.index(name) for name in ('transpose', 'dls', 'adaptive_dls', 'sdls'))
 RANK_TOLERANCE = 1e-10  # singular values below this are zeros to sdls
 TINY = 1e-300
 
@@ -45,10 +45,10 @@ def take_step(tuning, error_norm, work):
 
 @inlined
 def joint_step_cap(tuning, stride):
-    """Return the cap on one joint's step [rad or m]: the option, or where it is 0 the method's own times `stride`."""
+    """Return the cap on one joint's step [rad or m]: the option, or if it is 0 the method's own times `stride`."""
     if tuning.max_joint_step > 0.0:
         return tuning.max_joint_step
-    return stride * ADAPTIVE_JOINT_STEP if int(tuning.method) == ADAPTIVE_DLS else math.inf
+    return stride * tuning.step_cap
 
 
 @inlined

@@ -19,7 +19,7 @@ def with_element(text: str) -> str:
 
 
 @pytest.mark.parametrize(
-    'known, misspelt',
+    ('known', 'misspelt'),
     [('origin', 'orgin'), ('origin', 'Origin'), ('origin', 'ORIGIN'), ('origin', 'origins'), ('axis', 'axes'),
      ('axis', 'Axis'), ('mimic', 'mimik')],
 )  # fmt: skip
@@ -37,7 +37,7 @@ def test_an_element_that_places_a_frame_is_refused_inside_another_one():
 
 
 @pytest.mark.parametrize(
-    'element, hint',
+    ('element', 'hint'),
     [('<dynamic damping="1"/>', 'did you mean dynamics'), ('<pose>0 0 1 0 0 0</pose>', 'known: '),
      ('<hardwareInterface>x</hardwareInterface>', 'known: '), ('<safety_controler/>', 'did you mean safety_')],
 )  # fmt: skip
@@ -56,7 +56,7 @@ def test_of_an_element_that_appears_twice_the_first_one_counts_as_pinocchio_has_
     np.testing.assert_allclose(arm.forward([0.3, -0.4]), expected, atol=1e-12)
 
 
-@pytest.mark.parametrize('key, meant', [('velocty', 'velocity'), ('lowr', 'lower'), ('uper', 'upper')])
+@pytest.mark.parametrize(('key', 'meant'), [('velocty', 'velocity'), ('lowr', 'lower'), ('uper', 'upper')])
 def test_a_misspelt_attribute_of_a_limit_is_warned_of_with_the_name_meant(key, meant):
     if meant == 'upper':  # a missing upper limit counts as 0
         text = GOOD.replace('lower="-2.0" upper="2.0"', 'lower="-2.0" upper="2.0" uper="1.0"', 1)

@@ -51,7 +51,7 @@ def test_the_remedy_for_an_arm_of_few_joints_solves_the_same_target():
     assert result_of(PLANAR, tilted(PLANAR), PLANAR.home + 0.1, task_weights=weights).outcome == SOLVED
 
 
-@pytest.mark.parametrize('arm, weights', [(UR5, [1] * 6), (PLANAR, [1, 1, 0, 0, 0, 1])])
+@pytest.mark.parametrize(('arm', 'weights'), [(UR5, [1] * 6), (PLANAR, [1, 1, 0, 0, 0, 1])])
 def test_a_target_out_of_reach_of_an_arm_of_enough_joints_fails_without_a_word_about_rows(arm, weights):
     target = np.eye(4)
     target[0, 3] = 10.0

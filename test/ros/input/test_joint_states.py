@@ -18,7 +18,7 @@ def with_lengths(velocities: int, efforts: int, names=NAMES):
     return message
 
 
-@pytest.mark.parametrize('velocities, efforts', [(2, 0), (0, 4), (3, 1)])
+@pytest.mark.parametrize(('velocities', 'efforts'), [(2, 0), (0, 4), (3, 1)])
 def test_positions_are_taken_beside_arrays_of_another_length_which_are_noted_once(velocities, efforts):
     joint_states, notes = JointStates('/robot/joint_states'), []
     for _ in range(3):
@@ -36,7 +36,7 @@ def test_each_publisher_with_arrays_of_another_length_is_noted():
     assert len(joint_states.take_notes()) == 2
 
 
-@pytest.mark.parametrize('velocities, efforts', [(0, 0), (3, 0), (0, 3), (3, 3)])
+@pytest.mark.parametrize(('velocities', 'efforts'), [(0, 0), (3, 0), (0, 3), (3, 3)])
 def test_arrays_of_the_right_length_are_not_noted(velocities, efforts):
     joint_states = JointStates()
     joint_states.keep(with_lengths(velocities, efforts))

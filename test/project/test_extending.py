@@ -1,0 +1,94 @@
+"""docs/extending.md adds a method: the page's own changes, applied to a copy of the package."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from test_docs import blocks
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / 'docs' / 'extending.md'
+COPIED = ('ros_ik_pkg', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
+NAME = 'sugihara'
+EVERYWHERE = f"""
+from matplotlib.colors import to_hex
+from ros_ik_pkg.compare import compare_methods
+from ros_ik_pkg.compare.palette import COLOURS
+from ros_ik_pkg.compare.plots import draw
+from ros_ik_pkg.compare.problem import make_problem
+from ros_ik_pkg.ik import METHODS, OptionError, SolveOptions, load_arm
+from ros_ik_pkg.panel.style import STYLE
+from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.ros.interface.parameters import PARAMETERS
+
+assert METHODS[-1] == {NAME!r} and len(METHODS) == 6
+assert SolveOptions(method={NAME!r}, sugihara_bias=0.5).sugihara_bias == 0.5
+try:
+    SolveOptions(sugihara_bias=-1.0)
+except OptionError as error:
+    assert str(error).startswith('sugihara.bias = -1.0')
+else:
+    raise AssertionError('a bias below 0 is taken')
+assert PARAMETERS['sugihara.bias'].default == 1e-3
+assert {NAME!r} in PARAMETERS['method'].allowed and {NAME!r} in PARAMETERS['compare'].allowed
+assert '--{NAME}: #d55e00' in STYLE and '--{NAME}: #ff8a3d' in STYLE
+assert Texts('en').title(6).startswith('6 methods')
+problem = make_problem(load_arm('puma560'), None, None)
+runs = compare_methods(problem.arm, problem.target, problem.seed)
+assert runs[-1].method == {NAME!r} and runs[-1].status.label == 'converged'
+(line,) = (line for line in draw(problem, runs).axes[0].lines if line.get_label() == {NAME!r})
+assert to_hex(line.get_color()) == COLOURS[{NAME!r}] == '#d55e00'
+"""
+
+pytestmark = pytest.mark.once
+
+
+@pytest.fixture(scope='module')
+def copy(tmp_path_factory) -> Path:
+    """A copy of the package with the changes of the page."""
+    folder = tmp_path_factory.mktemp('extended')
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns('__pycache__'))
+        else:
+            shutil.copy(source, folder / name)
+    changes = blocks(PAGE.read_text(), 'diff')
+    assert len(changes) == 2  # a method is added in two files
+    for change in changes:
+        subprocess.run(['git', 'apply'], cwd=folder, input=change, text=True, check=True)
+    return folder
+
+
+def run(folder: Path, *arguments: str) -> str:
+    """Run Python on the copy and return what it prints."""
+    command = [sys.executable, *arguments]
+    environment = os.environ | {'PYTHONPATH': os.pathsep.join([str(folder), os.environ.get('PYTHONPATH', '')])}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=1800)
+    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-4000:]
+    return done.stdout
+
+
+def test_a_method_is_everywhere_after_it_was_added_as_the_page_says(copy):
+    run(copy, '-c', EVERYWHERE)
+
+
+def test_the_contract_and_the_microscope_hold_for_a_method_that_was_added_as_the_page_says(copy):
+    suites = 'test/ik/step/test_methods.py', 'test/ik/step/test_step_rules.py', 'test/compare/test_iterate.py'
+    summary = run(copy, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', '-k', NAME, *suites).splitlines()[-1]
+    assert int(summary.split()[0]) > 50 and 'passed' in summary
+
+
+def test_documents_made_again_as_the_page_says_have_the_options_of_the_added_method(copy):
+    for name, file in (('parameters.md', 'docs/parameters.md'), ('ik_node.yaml', 'config/ik_node.yaml')):
+        (command,) = (line for line in blocks(PAGE.read_text(), 'bash')[0].splitlines() if f' {name} >' in line)
+        python, *arguments, sign, place = command.split()
+        assert (python, sign, place) == ('python', '>', file)
+        (copy / file).write_text(run(copy, *arguments))
+        assert 'sugihara.bias' in (copy / file).read_text()
+    run(copy, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', 'test/ros/interface/test_parameters.py')
