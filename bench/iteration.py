@@ -44,7 +44,7 @@ def iteration_time(arm: Arm, method: str, targets: np.ndarray, seeds: np.ndarray
     rows, columns, out = targets.reshape(-1, 4), seeds.ravel(), np.empty((len(targets), arm.n + WIDTH))
 
     def descend(numbers: np.ndarray) -> int:
-        solve_range(arm.packed, numbers, rows, columns, columns, out, NOTHING, NOTHING)
+        solve_range(arm.packed, numbers, rows, columns, columns, out, NOTHING, NOTHING, NOTHING)
         return int(out[:, arm.n + STEPS].sum())
 
     def run(steps: int) -> tuple[float, int]:

@@ -162,7 +162,7 @@ _REASONS = {
     'future': 'czas celu leży w przyszłości',
     'argument': 'zły argument',
     'superseded': 'nowsze polecenie zajęło jego miejsce',
-    'not_compiled': 'solver jest jeszcze kompilowany',
+    'compiling': 'solver jest jeszcze kompilowany',
     'internal_error': 'błąd wewnętrzny',
 }
 

@@ -116,7 +116,9 @@ def ask(client: IkClient, home: dict[str, float], target: np.ndarray, complete: 
     while True:
         client.publish_joints(home)
         reply = client.solve(pose_message(target), REPLY_TIMEOUT)
-        too_early = reply.figures['status'] == 'joint_states' or (complete and not reply.iterations)
+        figures = reply.figures
+        without_iterations = figures.get('outcome') in ('solved', 'failed') and not reply.iterations
+        too_early = figures['status'] in ('joint_states', 'compiling') or (complete and without_iterations)
         if not too_early or time.monotonic() > deadline:
             return reply
         time.sleep(ASK_AGAIN)

@@ -222,7 +222,7 @@ def test_the_last_solution_can_be_the_seed(client, arm):
     client.set_parameters({'seed_source': 'last_solution'})
     pose = pose_of(arm.forward(arm.home + 0.3))
     assert client.solve(pose, TIMEOUT).solved
-    assert client.solve(pose, TIMEOUT).figures['iterations'] == '0'
+    assert int(client.solve(pose, TIMEOUT).figures['iterations']) <= 1  # one step that refines it
 
 
 @pytest.mark.parametrize(
