@@ -30,10 +30,13 @@ COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 # this list alone.
 ROOMS = {
     'ik': (
-        'exceptions', 'text', 'solution', 'kernel', 'kinematics', 'step', 'descent', 'search', 'model', 'options',
-        'arm', 'solver', 'compilation', '__init__',
+        'exceptions', 'text', 'solution', 'kernel', 'motion', 'kinematics', 'step', 'descent', 'search', 'model',
+        'options', 'arm', 'solver', 'compilation', '__init__',
     ),
-    'ros': ('interface', 'runtime', 'input', 'handling', 'output', 'reply', 'client', 'node', 'ik_node', '__init__'),
+    'ros': (
+        'interface', 'runtime', 'input', 'handling', 'servo', 'output', 'reply', 'client', 'node', 'ik_node',
+        '__init__',
+    ),
 }  # fmt: skip
 
 
