@@ -21,6 +21,7 @@ except ImportError:
 SMOOTHINGS = ('none', 'own', 'ruckig')
 POSITION_MARGIN = 1e-9  # rad, m: what rounding takes must not lead beyond a limit
 DYNAMIC_MARGIN = 1e-6  # of the other limits: third differences of positions round to 1e-5 rad/s^3 at 1 kHz
+REST = np.array([[1e-7], [1e-5]])  # rad/s, rad/s^2: no motion
 FASTEST_TARGET = 0.999  # of a velocity limit: Ruckig needs some velocity to come nearer to a target that moves
 
 
@@ -94,7 +95,7 @@ class JerkLimiter:
     @property
     def at_rest(self) -> bool:
         """Whether the last command stands still."""
-        return not self._state[1:].any()
+        return bool(np.all(np.abs(self._state[1:]) <= REST))
 
     @property
     def time_to_rest(self) -> float:
