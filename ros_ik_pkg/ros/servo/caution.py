@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.ros.interface.servo_settings import Thresholds
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding, strictest
 from ros_ik_pkg.ros.servo.limiter import MotionLimits
 
@@ -26,19 +26,6 @@ STILL = 1e-9  # rad/s, m/s: no motion
 DAMPING = 1e-4  # of the joint velocities that are judged: near a singularity they exceed every limit, and are slowed
 JOINTS_TOO_FAST = (Code.SLOWED_VELOCITY, Code.SLOWED_ACCELERATION)
 AXES = ('x', 'y', 'z')
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """The parameters `servo.*` of the rules."""
-
-    singularity_slow: float = 0.03  # of the smallest singular value of the task's Jacobian
-    singularity_halt: float = 0.005
-    contact_slow: float = 0.05  # m, of the clearance
-    contact_halt: float = 0.01  # m
-    limit_margin: float = 0.01  # rad, m: how far from a joint limit the arm stops
-    leaving_share: float = 0.5  # of the commanded velocity, at least, away from a singularity or a contact
-    hysteresis: float = 0.2  # of a threshold, by which a rule lets go later than it takes hold
 
 
 class Approach:

@@ -18,7 +18,6 @@ try:
 except ImportError:
     ruckig = None
 
-SMOOTHINGS = ('none', 'own', 'ruckig')
 POSITION_MARGIN = 1e-9  # rad, m: what rounding takes must not lead beyond a limit
 DYNAMIC_MARGIN = 1e-6  # of the other limits: third differences of positions round to 1e-5 rad/s^3 at 1 kHz
 REST = np.array([[1e-7], [1e-5]])  # rad/s, rad/s^2: no motion

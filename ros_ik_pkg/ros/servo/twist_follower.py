@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from ros_ik_pkg.ik import Arm, SolveOptions, Status, solve
 from ros_ik_pkg.ros.handling.final_check import fault_of, fault_of_command
+from ros_ik_pkg.ros.interface.servo_settings import GO_ON, STOP
 from ros_ik_pkg.ros.servo.caution import Caution, posture
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding
 from ros_ik_pkg.ros.servo.limiter import Motion, MotionLimits
@@ -28,7 +29,6 @@ GENTLENESS = 6.0  # the power of a mean that follows the smaller of two speeds w
 UNNOTICED = 1.3  # share that the rules let through, above which it is not worth a word
 STANDSTILL = 0.005  # share of the commanded twist that is left, below which the arm counts as halted
 PEAK = 1.0 / math.e  # of rate * change: the greatest acceleration of a critically damped change
-STOP, GO_ON = BLOCKED = ('stop', 'go_on')
 
 
 class TwistCommand(NamedTuple):
@@ -66,11 +66,14 @@ class TwistFollower:
         )  # fmt: skip
         self.start(arm.home)
 
-    def start(self, q: np.ndarray) -> None:
-        """Begin at rest at q (n,) [rad, m]."""
+    def start(self, q: np.ndarray, velocity: np.ndarray | None = None) -> None:
+        """Begin at q (n,) [rad, m] with a joint velocity (n,) [rad/s, m/s]; default: at rest."""
         self.goal = Motion.rest(q)
         self.base_from_goal = self._arm.forward(q)
         self._rest()
+        if velocity is not None:
+            self._twist = self._arm.jacobian(q) @ velocity
+            self._moving = self._twist
 
     def _rest(self) -> None:
         """Stand still. In base axes [m/s, rad/s]: the twist without the rules, its rate, and the twist with them."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ros_ik_pkg.ik import load_arm
-from ros_ik_pkg.ros.servo.caution import Approach, Caution, Thresholds, posture
+from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, Thresholds
+from ros_ik_pkg.ros.servo.caution import Approach, Caution, posture
 from ros_ik_pkg.ros.servo.codes import Code, Finding, strictest
 from ros_ik_pkg.ros.servo.limiter import MotionLimits
 
@@ -15,7 +18,7 @@ ROWS = np.eye(6)
 START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
 STRETCHED = np.array([0.3, -1.2, 0.05, -0.6, 1.0, 0.2])
 OUTWARDS, INWARDS = ARM.jacobian(STRETCHED) @ np.eye(6)[2] * -1.0, ARM.jacobian(STRETCHED) @ np.eye(6)[2]
-THRESHOLDS = Thresholds()
+THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPTIONS})
 
 
 def judge(q, twist, clearance=None, acceleration=10.0, jerk=200.0) -> Finding:
@@ -99,7 +102,7 @@ def test_a_contact_slows_towards_it_halts_before_it_and_lets_the_arm_leave():
 
 
 def test_what_halted_lets_go_later_than_it_took_hold():
-    rule = Approach(slow=0.1, halt=0.02, thresholds=Thresholds(hysteresis=0.5))
+    rule = Approach(slow=0.1, halt=0.02, thresholds=replace(THRESHOLDS, hysteresis=0.5))
     towards = 1e-6
     assert rule.share(0.021, 0.021 - towards)[0] > 0.0
     assert rule.share(0.019, 0.019 - towards)[0] == 0.0
@@ -109,7 +112,7 @@ def test_what_halted_lets_go_later_than_it_took_hold():
 
 
 def test_a_measure_that_trembles_at_the_threshold_does_not_switch_the_rule_on_and_off():
-    rule = Approach(slow=0.1, halt=0.02, thresholds=Thresholds(hysteresis=0.2))
+    rule = Approach(slow=0.1, halt=0.02, thresholds=replace(THRESHOLDS, hysteresis=0.2))
     shares = [rule.share(0.1 + tremble, 0.0)[0] for tremble in (0.001, -0.001, 0.001, -0.001, 0.03)]
     assert shares[0] == 1.0 and shares[-1] == 1.0
     assert rule.share(0.099, 0.0)[0] < 1.0

@@ -10,15 +10,17 @@ import pytest
 from ros_helpers import pinocchio_pose
 
 from ros_ik_pkg.ik import Arm, SolveOptions, load_arm
-from ros_ik_pkg.ros.servo.caution import Caution, Thresholds
+from ros_ik_pkg.ros.interface.servo_settings import BLOCKED, CAUTION_OPTIONS, GO_ON, STOP, Thresholds
+from ros_ik_pkg.ros.servo.caution import Caution
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code
 from ros_ik_pkg.ros.servo.limiter import Motion, MotionLimits, make_limiter
 from ros_ik_pkg.ros.servo.reference import Reference
-from ros_ik_pkg.ros.servo.twist_follower import BLOCKED, GO_ON, STOP, TwistCommand, TwistFollower
+from ros_ik_pkg.ros.servo.twist_follower import TwistCommand, TwistFollower
 
 PERIOD = 0.002  # s
 ACCELERATION, JERK = 10.0, 200.0
 BASE = np.eye(3)
+THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPTIONS})
 UR5_START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
 
 
@@ -45,7 +47,7 @@ class Servo:
         self.arm = arm_of(name)
         start = start_of(name) if start is None else start
         limits = limits_of(self.arm)
-        caution = Caution(self.arm, limits, Thresholds())
+        caution = Caution(self.arm, limits, THRESHOLDS)
         self.follower = TwistFollower(self.arm, limits, options or SolveOptions(), caution, PERIOD, **settings)
         self.follower.start(start)
         self.reference = Reference(Motion.rest(start), PERIOD, 0.0)
