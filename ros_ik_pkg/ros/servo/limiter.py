@@ -82,6 +82,12 @@ class JerkLimiter:
         return self._state[0].copy()
 
     @property
+    def motion(self) -> Motion:
+        """The last command and its derivatives, without a jerk."""
+        position, velocity, acceleration = self._state.copy()
+        return Motion(position, velocity, acceleration, np.zeros_like(position))
+
+    @property
     def velocity(self) -> np.ndarray:
         """The velocity at the last command (n,) [rad/s, m/s]."""
         return self._state[1].copy()
