@@ -35,6 +35,7 @@ setup(
             f'compile = {NAME}.ik.compilation:main',
             f'demo = {NAME}.tools.demo:main',
             f'send_target = {NAME}.tools.send_target:main',
+            f'teleop = {NAME}.tools.teleop:main',
             f'set_param = {NAME}.tools.set_param:main',
             f'compare = {NAME}.compare.command:main',
             f'panel = {NAME}.panel.panel_node:main',

@@ -105,7 +105,7 @@ def test_setup_has_no_address_of_its_own(setup_call):
 
 
 def test_manifest_depends_on_every_library_that_is_imported(manifest):
-    libraries = imported_libraries() - USED_IF_THERE - requirements('plot') - requirements('panel')
+    libraries = imported_libraries() - USED_IF_THERE - requirements('plot') - requirements('panel') - requirements('servo')
     assert {ROSDEP_KEYS.get(name, name) for name in libraries} <= set(text_of(manifest, 'exec_depend'))
 
 

@@ -115,6 +115,7 @@ def servo_message(state: State, arm: Arm | None, node_name: str) -> DiagnosticAr
                 'label': finding.code.label,
                 'share': round(min(finding.share, 1.0), 4),
                 'owner': state.owner,
+                'tip_frame': arm.tip_frame if arm else '',
                 'smoothing': state.smoothing,
                 'late_periods': state.late,
                 **_motion_figures(state.motion),
