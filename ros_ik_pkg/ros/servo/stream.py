@@ -18,7 +18,7 @@ from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.interface.parameters import Settings
 from ros_ik_pkg.ros.servo.codes import Code, Finding
-from ros_ik_pkg.ros.servo.limiter import Motion
+from ros_ik_pkg.ros.servo.limiter import Motion, compile_limiter
 from ros_ik_pkg.ros.servo.servo import Servo
 from ros_ik_pkg.ros.servo.twist_input import command_of
 
@@ -70,6 +70,8 @@ class Stream:
         same = self._settings is not None and arm is self._arm and _stream_of(settings) == _stream_of(self._settings)
         if not same:
             self._stop()
+        if settings.servo.command_rate > 0.0:
+            compile_limiter()
         with self._lock:
             if arm is not None and self._arm is not None and arm.name != self._arm.name:
                 self._last = {}

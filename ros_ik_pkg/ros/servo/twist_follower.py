@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik import Arm, SolveOptions, Status, solve
+from ros_ik_pkg.ik import Arm, NotCompiledError, SolveOptions, Status, solve
 from ros_ik_pkg.ros.handling.final_check import fault_of, fault_of_command
 from ros_ik_pkg.ros.interface.servo_settings import GO_ON, STOP
 from ros_ik_pkg.ros.servo.caution import Caution, posture
@@ -150,7 +150,10 @@ class TwistFollower:
         if self._arm.n < np.count_nonzero(self._weights):  # too few joints for all of a twist: the nearest motion
             return self._nearest(q + joints_from_twist @ twist * self._period)
         pose = self._moved(twist)
-        solution = solve(self._arm, pose, q, self._options)
+        try:
+            solution = solve(self._arm, pose, q, self._options)
+        except NotCompiledError as error:
+            return q, str(error)
         if solution.converged and not (fault := fault_of(solution.q, pose, self._arm, self._checked)):
             self.base_from_goal = self._without_drift(pose, solution.q)
             return solution.q, ''
