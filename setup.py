@@ -36,6 +36,7 @@ setup(
             f'demo = {NAME}.tools.demo:main',
             f'send_target = {NAME}.tools.send_target:main',
             f'send_path = {NAME}.tools.send_path:main',
+            f'teleop = {NAME}.tools.teleop:main',
             f'set_param = {NAME}.tools.set_param:main',
             f'compare = {NAME}.compare.command:main',
             f'panel = {NAME}.panel.panel_node:main',

@@ -11,13 +11,15 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from std_srvs.srv import SetBool
 from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm, Compilation, IkError, OptionError
 from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
 from ros_ik_pkg.ik.text import list_names, shorten
-from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, Result
+from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, STREAM, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.handling.target_queue import TargetQueue
 from ros_ik_pkg.ros.input.joint_states import JointStates
@@ -32,13 +34,15 @@ from ros_ik_pkg.ros.output.health import Health
 from ros_ik_pkg.ros.output.paths import Paths
 from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.output.publishers import Publishers
-from ros_ik_pkg.ros.output.statuses import key_values
+from ros_ik_pkg.ros.output.statuses import key_values, servo_message
 from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
 from ros_ik_pkg.ros.runtime.timers import OneShot, steady_timer
+from ros_ik_pkg.ros.servo.stream import Stream
 
 # s from a solution to all that is said about it: whoever waits for the solution, often with one core left, has it first
 REPORT_DELAY = 0.0005
 LOG_PERIOD = 1.0  # s between log lines of one kind, however fast targets come
+SERVO_PERIOD = 0.05  # s between two messages on ~/servo_status
 HEALTH_PERIOD = 1.0  # s, REP 107
 
 
@@ -55,6 +59,7 @@ class IkNode(Node):
         self._robot_source = RobotSource(self.resolve_topic_name(topics.ROBOT_DESCRIPTION.name))
         joint_states = JointStates(self.resolve_topic_name(topics.JOINT_STATES.name))
         self._handler = TargetHandler(self.get_clock(), self._frames, joint_states, self._robot_source.awaited)
+        self._stream: Stream | None = None
         self._said = ''  # the last about a robot that is missing or ignored
         self._health = Health()
         parameters = Parameters(self, self._arm_for, self._take_over)
@@ -67,15 +72,22 @@ class IkNode(Node):
         self._comparison = Comparison(self, self._outputs.trace)
         self._paths = Paths(self, self._handler)
         self._diagnostics = Publisher(self, topics.DIAGNOSTICS)
+        self._servo_status = Publisher(self, topics.SERVO_STATUS)
         self._results: list[tuple[Result, Settings, float]] = []  # and its latency [s]; not reported yet
         self._report_timer, self._report_due = OneShot(self, REPORT_DELAY, self._report_results), 0.0
+        self._stream = Stream(self, self._handler, self._outputs.publish_motion)
+        self._handler.streamed = lambda: self._stream.position
+        self._stream.take_over(self._handler.settings, self._handler.arm)
         self._targets = TargetQueue(self, self._handle, self._answer, self._give_up)
         self._period_began = time.monotonic()
         steady_timer(self, HEALTH_PERIOD, self._report_health)
         self._subscribe(topics.ROBOT_DESCRIPTION, self._on_robot_description)
         self._subscribe(topics.ROBOT_DESCRIPTION_SEMANTIC, self._on_semantic)
         self._subscribe(topics.OBSTACLES, self._on_obstacles)
-        self._subscribe(topics.JOINT_STATES, self._handler.joint_states.keep)
+        self._subscribe(topics.JOINT_STATES, self._on_joint_state)
+        self._subscribe(topics.TARGET_TWIST, self._stream.on_twist)
+        self.create_service(SetBool, topics.PAUSE, self._on_pause)
+        steady_timer(self, SERVO_PERIOD, self._report_servo)
         self._subscribe(topics.TARGET_POSE, self._targets.put, raw=True)
         self._subscribe(topics.TARGET_PATH, self._paths.take)
         for text in parameters.refuse_unknown():
@@ -96,6 +108,14 @@ class IkNode(Node):
             qos_overriding_options=QoSOverridingOptions(topics.OVERRIDABLE),
             raw=raw,
         )
+
+    def _on_joint_state(self, message: JointState) -> None:
+        self._handler.joint_states.keep(message)
+        self._stream.on_joint_state(message)
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        response.success, response.message = True, self._stream.pause(request.data)
+        return response
 
     def _handle(self, data: bytes, waited: float) -> Result | None:
         """Return the result of a target, the bytes of a PoseStamped: an unforeseen error must not end the node."""
@@ -120,7 +140,10 @@ class IkNode(Node):
         """Publish the command now, and all about it soon after; return whether there is a command."""
         settings = self._handler.settings
         try:
-            self._outputs.publish_command(result, settings.trajectory_time)
+            if not self._stream.on:
+                self._outputs.publish_command(result, settings.trajectory_time)
+            elif result.command is not None:
+                self._follow(result)
         except Exception as error:  # the target gets its result all the same
             result = self._internal_error(result.target, error)
         self._results.append((result, settings, time.perf_counter() - arrived))
@@ -128,6 +151,15 @@ class IkNode(Node):
             self._report_due = time.perf_counter() + REPORT_DELAY
             self._report_timer.start()
         return result.command is not None
+
+    def _follow(self, result: Result) -> None:
+        """Make the command of an answer the goal of the stream, if that takes it."""
+        why_not = self._stream.on_pose(result.arm, result.command.q)
+        if why_not:
+            result.notes += (f'not followed: {why_not}',)
+            result.command = None
+        else:
+            result.command.published = STREAM
 
     def _internal_error(self, target: Target, error: Exception) -> Result:
         self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
@@ -166,6 +198,8 @@ class IkNode(Node):
         previous = self._handler.arm
         arm_changed = self._handler.settings is not None and arm is not previous
         self._handler.take_over(settings, arm)
+        if self._stream is not None:
+            self._stream.take_over(settings, arm)
         if arm is not None and arm is not previous:
             contacts = arm.contacts if settings.options.avoid_collisions else None  # read before a target needs them
             for text in (*arm.warnings, *(contacts.warnings if contacts else ())):
@@ -218,6 +252,7 @@ class IkNode(Node):
 
     def destroy_node(self) -> None:
         """Say what is left to say, end the threads, then the node."""
+        self._stream.close()
         self._targets.close()
         self._report_results()
         self._paths.close()
@@ -248,6 +283,13 @@ class IkNode(Node):
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(message)
+
+    def _report_servo(self) -> None:
+        """Publish what the stream of commands does, if there is one and somebody listens."""
+        if self._stream.on and self._servo_status.heard:
+            message = servo_message(self._stream.look(), self._handler.arm, name_in_statuses(self))
+            message.header.stamp = self.get_clock().now().to_msg()
+            self._servo_status.publish(message)
 
     def _doubts(self) -> tuple[int, str]:
         """Return for how many targets joint states were not believed, and why; log the reason."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from diagnostic_msgs.msg import DiagnosticStatus
 from trajectory_msgs.msg import JointTrajectory
 
-from ros_ik_pkg.ros.handling.result import NOT_TRACED, NOTHING
+from ros_ik_pkg.ros.handling.result import NOT_TRACED, NOTHING, STREAM
 
 
 @dataclass
@@ -40,7 +40,10 @@ class Reply:
 
     @property
     def published(self) -> str:
-        """What `joints` are: the `solution`, a `step` towards it, the `closest` approach, or `nothing`."""
+        """What `joints` are: the `solution`, a `step` towards it, the `closest` approach, or `nothing`.
+
+        `stream`: the answer is the goal of the stream of commands, which comes under its own stamps.
+        """
         return self.figures.get('published', NOTHING)
 
     @property
@@ -56,7 +59,7 @@ class Reply:
     def is_whole(self, with_iterations: bool) -> bool:
         """Whether all came that belongs to the outcome."""
         figures = self.figures
-        lacks_joints = self.published != NOTHING and not self.joints
+        lacks_joints = self.published not in (NOTHING, STREAM) and not self.joints
         traced = 'iterations' in figures and NOT_TRACED not in figures.get('notes', '')
         lacks_iterations = with_iterations and traced and not self.iterations
         return self.status is not None and not lacks_joints and not lacks_iterations

@@ -37,10 +37,13 @@ COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 # this list alone.
 ROOMS = {
     'ik': (
-        'exceptions', 'text', 'solution', 'kernel', 'kinematics', 'collision', 'step', 'descent', 'search', 'model',
-        'world', 'contacts', 'options', 'arm', 'solver', 'compilation', 'path', '__init__',
+        'exceptions', 'text', 'solution', 'kernel', 'motion', 'kinematics', 'collision', 'step', 'descent', 'search',
+        'model', 'world', 'contacts', 'options', 'arm', 'solver', 'compilation', 'path', '__init__',
     ),
-    'ros': ('interface', 'runtime', 'input', 'handling', 'output', 'reply', 'client', 'node', 'ik_node', '__init__'),
+    'ros': (
+        'interface', 'runtime', 'input', 'handling', 'servo', 'output', 'reply', 'client', 'node', 'ik_node',
+        '__init__',
+    ),
 }  # fmt: skip
 
 

@@ -105,7 +105,8 @@ def test_setup_has_no_address_of_its_own(setup_call):
 
 
 def test_manifest_depends_on_every_library_that_is_imported(manifest):
-    libraries = imported_libraries() - USED_IF_THERE - requirements('plot') - requirements('panel')
+    extras = requirements('plot') | requirements('panel') | requirements('servo')
+    libraries = imported_libraries() - USED_IF_THERE - extras
     assert {ROSDEP_KEYS.get(name, name) for name in libraries} <= set(text_of(manifest, 'exec_depend'))
 
 

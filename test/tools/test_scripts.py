@@ -12,13 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from ros_ik_pkg.tools import demo, send_path, send_target, set_param
+from ros_ik_pkg.tools import demo, send_path, send_target, set_param, teleop
 
 pytestmark = pytest.mark.once
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted(path.name for path in (ROOT / 'scripts').iterdir() if os.access(path, os.X_OK))
-PROGRAMS = {'demo': demo, 'send_path': send_path, 'send_target': send_target, 'set_param': set_param}
+PROGRAMS = {
+    'demo': demo, 'send_path': send_path, 'send_target': send_target, 'set_param': set_param, 'teleop': teleop
+}  # fmt: skip
 BARE = {'PATH': '/usr/bin:/bin', 'HOME': '/nonexistent'}
 
 # Stands for an interpreter: makes environments whose pip keeps a record, and waits until a file is gone.

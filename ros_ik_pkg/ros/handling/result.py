@@ -14,7 +14,8 @@ from ros_ik_pkg.ros.input.target import Target
 SOLVED, FAILED, REFUSED = 'solved', 'failed', 'refused'
 INTERNAL_ERROR = 'internal_error'
 NOT_TRACED = 'no iterations, they are still being compiled'  # a note
-SOLUTION, STEP, CLOSEST, NOTHING = 'solution', 'step', 'closest', 'nothing'  # what is published on ~/solution
+# What is published on ~/solution; a target that is a goal of the stream has no message of its own.
+SOLUTION, STEP, CLOSEST, STREAM, NOTHING = 'solution', 'step', 'closest', 'stream', 'nothing'
 
 
 @dataclass(slots=True)
@@ -22,7 +23,8 @@ class Command:
     """Joint positions that are published for a target.
 
     q: (n,) [rad, m], reached from start (n,) with the velocity limits (n,) [rad/s, m/s]. published: SOLUTION,
-    STEP towards it, or CLOSEST, to which q leads. errors: of q [m, rad], None where it is the solution itself.
+    STEP towards it, CLOSEST, to which q leads, or STREAM, whose goal q is.
+    errors: of q [m, rad], None where it is the solution itself.
     fraction and step_time [s]: how much of the step was taken, and in what time; None where steps are not limited.
     """
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from builtin_interfaces.msg import Time as Stamp
 from rclpy.clock import ROSClock
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
@@ -33,6 +34,7 @@ class TargetHandler:
     """Answers targets with the arm, the settings and the joint states of the moment.
 
     awaited: says why there is no robot, if there is none.
+    streamed: the last command (n,) of a stream of commands [rad, m], None if there is none; solves start from there.
     """
 
     def __init__(
@@ -46,6 +48,7 @@ class TargetHandler:
         self.settings: Settings | None = None  # the parameters, and the posture that is held
         self._clock = clock
         self._commands = Commands(clock)
+        self.streamed: Callable[[], np.ndarray | None] = lambda: None
         self._posture = HeldPosture()
         self.surroundings = Surroundings(joint_states)
 
@@ -77,7 +80,7 @@ class TargetHandler:
         """
         arm = self.require_arm()
         frame_from_target, _ = target_pose(target)
-        base_from_frame, _ = self._base_from_frame(target, arm, math.inf)
+        base_from_frame, _ = self.base_from_frame(target.frame_id, target.stamp, arm)
         return base_from_frame @ frame_from_target
 
     def require_arm(self) -> Arm:
@@ -113,9 +116,9 @@ class TargetHandler:
 
     def _solve(self, target: Target, trace: bool, waited: float) -> Result | None:
         arm = self.require_arm()
-        self._refuse_stale(target)
+        self.refuse_stale(target.sec, target.nanosec, self.settings.target_timeout, 'target', 'target_timeout')
         frame_from_target, notes = target_pose(target)
-        base_from_frame, frame_notes = self._base_from_frame(target, arm, waited)
+        base_from_frame, frame_notes = self.base_from_frame(target.frame_id, target.stamp, arm, waited)
         if base_from_frame is None:
             return None
         base_from_target = frame_from_target if base_from_frame is IDENTITY else base_from_frame @ frame_from_target
@@ -143,36 +146,43 @@ class TargetHandler:
         def place(header: Header) -> np.ndarray:
             if self.arm is None:
                 raise RefusedError('no_robot', self._awaited())
-            return self._base_from_frame(header, self.arm, math.inf)[0]
+            return self.base_from_frame(header.frame_id, header.stamp, self.arm)[0]
 
         return self.surroundings.markers.take(message, place)
 
-    def _refuse_stale(self, target: Target) -> None:
-        """Refuse a target whose stamp is too far from now; a stamp of 0 is now."""
-        limit = self.settings.target_timeout
-        if not limit or not (target.sec or target.nanosec):
+    def refuse_stale(self, sec: int, nanosec: int, limit: float, what: str, parameter: str) -> None:
+        """Refuse a message whose stamp is further than `limit` [s] from now, 0 for no limit; a stamp of 0 is now."""
+        if not limit or not (sec or nanosec):
             return
-        age = self._clock.now().nanoseconds / 1e9 - (target.sec + target.nanosec / 1e9)
+        age = self._clock.now().nanoseconds / 1e9 - (sec + nanosec / 1e9)
         if age > limit:
-            raise RefusedError('stale', f'target is {age:.3f} s old; target_timeout is {limit:g} s')
+            raise RefusedError('stale', f'{what} is {age:.3f} s old; {parameter} is {limit:g} s')
         if age < -limit:
             raise RefusedError(
                 'future',
-                f'target has a stamp {-age:.3f} s ahead of now; target_timeout is {limit:g} s: the clocks of two '
+                f'{what} has a stamp {-age:.3f} s ahead of now; {parameter} is {limit:g} s: the clocks of two '
                 'machines differ, or one of the nodes runs on simulated time (use_sim_time)',
             )
 
-    def _base_from_frame(
-        self, target: Target | Header, arm: Arm, waited: float
+    def base_from_frame(
+        self, frame: str, stamp: Stamp, arm: Arm, waited: float = math.inf
     ) -> tuple[np.ndarray | None, tuple[str, ...]]:
-        """Return the pose (4, 4) of the frame of the target in the base frame, be it of the robot or of TF."""
-        frame = target.frame_id.removeprefix('/')
+        """Return the pose (4, 4) of a frame of the robot or of TF in the base frame at a stamp, and notes.
+
+        None if TF does not have it yet and what has waited for `waited` [s] can still wait for it.
+        """
+        frame = frame.removeprefix('/')
         if frame in ('', arm.base_frame):
             return IDENTITY, ()
         if frame not in arm.frame_names and not self._frames.why_not:
-            found = self._frames.base_from_frame(arm.base_frame, frame, target.stamp, waited)
+            found = self._frames.base_from_frame(arm.base_frame, frame, stamp, waited)
             return found, ('frame of the target by TF',)
         return self._base_from_own_frame(arm, frame), ()
+
+    def start(self, arm: Arm) -> np.ndarray:
+        """Return where the joints are (n,) [rad, m], from which a motion starts; refuse it if that is not known."""
+        seed, _ = self._seed(arm)
+        return self._start(arm, seed)
 
     def _base_from_own_frame(self, arm: Arm, frame: str) -> np.ndarray:
         """Return the pose (4, 4) of a frame of the robot, as the joint states have it."""
@@ -184,7 +194,9 @@ class TargetHandler:
 
     def _seed(self, arm: Arm) -> tuple[np.ndarray, tuple[str, ...]]:
         """Return the configuration (n,) to start from, as seed_source says."""
-        source = self.settings.seed_source
+        source, streamed = self.settings.seed_source, self.streamed()
+        if streamed is not None and source != 'home':
+            return streamed, ()
         if source == 'last_solution' and self._commands.last is not None:
             return self._commands.last, ()
         if source != 'joint_states':

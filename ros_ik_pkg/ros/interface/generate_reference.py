@@ -17,6 +17,7 @@ from ros_ik_pkg.ros.interface.parameters import (
     SEED_OPTIONS,
     STREAM_OPTIONS,
 )
+from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS
 
 SECTIONS = {
     'Robot': ARM_OPTIONS,
@@ -26,6 +27,8 @@ SECTIONS = {
     'Seed': SEED_OPTIONS,
     'Streaming': STREAM_OPTIONS,
     'Path': PATH_OPTIONS,
+    'Servo': SERVO_OPTIONS,
+    'Caution': CAUTION_OPTIONS,
     'Comparison': (COMPARE_OPTION,),
     'Diagnostics': HEALTH_OPTIONS,
 }

@@ -17,6 +17,7 @@ from ros_ik_pkg.ik.model.joint_limits import LIMITS
 from ros_ik_pkg.ik.options import Option
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.interface.health_limits import HealthLimits
+from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
 
 SEED_SOURCES = ('joint_states', 'last_solution', 'home')
 VELOCITY_LIMITING = ('none', 'whole', 'joint')
@@ -114,9 +115,9 @@ HEALTH_OPTIONS = (
     _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
 NODE_OPTIONS = (*ARM_OPTIONS, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
-PARAMETERS = {
-    option.ros_name: option for option in (*ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *PATH_OPTIONS, *HEALTH_OPTIONS)
-}
+PARAMETERS = {option.ros_name: option for option in (
+    *ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *PATH_OPTIONS, *SERVO_OPTIONS, *CAUTION_OPTIONS, *HEALTH_OPTIONS,
+)}  # fmt: skip
 ARM_PARAMETERS = frozenset(option.ros_name for option in ARM_OPTIONS)
 
 
@@ -149,6 +150,8 @@ class Settings:
     compare: tuple[str, ...]
     path: PathOptions
     health_limits: HealthLimits
+    servo: ServoSettings
+    thresholds: Thresholds
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> Settings:
@@ -156,7 +159,10 @@ class Settings:
         options = SolveOptions(**{option.name: values[option.ros_name] for option in OPTIONS})
         limits = HealthLimits(**_checked(HEALTH_OPTIONS, values))
         path = PathOptions(**_checked(PATH_OPTIONS, values))
-        return cls(options, **_checked(NODE_OPTIONS, values), path=path, health_limits=limits)
+        servo = ServoSettings(**_checked(SERVO_OPTIONS, values))
+        thresholds = Thresholds(**_checked(CAUTION_OPTIONS, values))
+        own = _checked(NODE_OPTIONS, values)
+        return cls(options, **own, path=path, health_limits=limits, servo=servo, thresholds=thresholds)
 
 
 def _checked(options: Iterable[Option], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -15,6 +15,7 @@ from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 NODE_NAME = 'ik_node'
+PAUSE = '~/pause'  # the service, std_srvs/SetBool
 # What of the QoS the parameters qos_overrides.<topic>.<publisher or subscription>.<policy> set at the start.
 OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
 HEARS_ALL = {'RELIABILITY': 'best_effort', 'DURABILITY': 'volatile'}  # of a subscription
@@ -49,6 +50,12 @@ class Topic:
 
 
 TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
+TARGET_TWIST = Topic(
+    'target_twist',
+    TwistStamped,
+    'in',
+    'how the tip moves, in the axes of frame_id; followed if command_rate is above 0',
+)
 JOINT_STATES = Topic(
     'joint_states',
     JointState,
@@ -74,6 +81,9 @@ JOINT_TRAJECTORY = Topic(
 )
 POSITION_COMMANDS = Topic(
     '~/position_commands', Float64MultiArray, 'out', 'the same, positions alone, for forward_command_controller'
+)
+SERVO_STATUS = Topic(
+    '~/servo_status', DiagnosticArray, 'out', 'one status of the stream of commands: a code and why'
 )
 RESULT = Topic(
     '~/result', DiagnosticArray, 'out', 'one status for every target: solved, failed or refused', depth=100
@@ -103,6 +113,7 @@ DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node,
 
 TOPICS = (
     TARGET_POSE,
+    TARGET_TWIST,
     JOINT_STATES,
     ROBOT_DESCRIPTION,
     ROBOT_DESCRIPTION_SEMANTIC,
@@ -110,6 +121,7 @@ TOPICS = (
     SOLUTION,
     JOINT_TRAJECTORY,
     POSITION_COMMANDS,
+    SERVO_STATUS,
     RESULT,
     ITERATIONS,
     TRACE,

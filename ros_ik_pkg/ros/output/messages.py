@@ -13,9 +13,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from ros_ik_pkg.ik import TRACE_COLUMNS, Trace
+from ros_ik_pkg.ik import TRACE_COLUMNS, Arm, Trace
 from ros_ik_pkg.ros.handling.result import Command, Result
 from ros_ik_pkg.ros.input.pose import stamp_text
+from ros_ik_pkg.ros.servo.limiter import Motion
 
 
 def positions_of(command: Command) -> array[float]:
@@ -23,13 +24,33 @@ def positions_of(command: Command) -> array[float]:
     return array('d', command.q.tobytes())
 
 
-def solution_message(result: Result) -> JointState:
-    """Return the joint positions [rad, m] under the stamp of the target."""
-    return JointState(
-        header=base_header(result),
-        name=list(result.arm.joint_names),
-        position=positions_of(result.command),
+def positions_message(arm: Arm, q: np.ndarray) -> JointState:
+    """Return joint positions (n,) [rad, m] of an arm, without a stamp."""
+    message = JointState(name=list(arm.joint_names), position=array('d', q.tobytes()))
+    message.header.frame_id = arm.base_frame
+    return message
+
+
+def motion_trajectory_message(arm: Arm, motion: Motion, period: float) -> JointTrajectory:
+    """Return a trajectory of one point a period [s] from now, with the velocity and the acceleration that belong to it.
+
+    Its stamp is 0, as in trajectory_message.
+    """
+    point = JointTrajectoryPoint(
+        positions=array('d', motion.position.tobytes()),
+        velocities=array('d', motion.velocity.tobytes()),
+        accelerations=array('d', motion.acceleration.tobytes()),
+        time_from_start=duration_message(period),
     )
+    message = JointTrajectory(joint_names=list(arm.joint_names), points=[point])
+    message.header.frame_id = arm.base_frame
+    return message
+
+
+def duration_message(duration: float) -> Duration:
+    """Return a duration [s] as messages hold it, rounded up."""
+    nanoseconds = math.ceil(1e9 * duration)
+    return Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
 def trajectory_message(result: Result, duration: float) -> JointTrajectory:
@@ -38,10 +59,9 @@ def trajectory_message(result: Result, duration: float) -> JointTrajectory:
     Its stamp is 0, which joint_trajectory_controller takes for now; one of the past it would leave aside.
     """
     command = result.command
-    nanoseconds = math.ceil(1e9 * max(duration, command.duration))
     point = JointTrajectoryPoint(
         positions=positions_of(command),
-        time_from_start=Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9),
+        time_from_start=duration_message(max(duration, command.duration)),
     )
     message = JointTrajectory(joint_names=list(result.arm.joint_names), points=[point])
     message.header.frame_id = result.arm.base_frame

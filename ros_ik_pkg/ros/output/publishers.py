@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from array import array
+
+import numpy as np
 from rclpy.node import Node
+from std_msgs.msg import Float64MultiArray
 
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.ros.handling.result import Result
@@ -10,8 +14,9 @@ from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.output.contact_markers import contact_markers
 from ros_ik_pkg.ros.output.messages import (
     commands_message,
+    motion_trajectory_message,
     path_message,
-    solution_message,
+    positions_message,
     trace_message,
     trajectory_message,
 )
@@ -20,6 +25,7 @@ from ros_ik_pkg.ros.output.solution_writer import SolutionWriter
 from ros_ik_pkg.ros.output.statuses import iterations_message, result_message
 from ros_ik_pkg.ros.runtime.background_worker import BackgroundWorker
 from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
+from ros_ik_pkg.ros.servo.limiter import Motion
 
 REPORTS = 10  # that may wait
 
@@ -49,23 +55,31 @@ class Publishers:
         """Publish the command of an answer, if it has one, in every form that somebody listens to."""
         if result.command is None:
             return
-        self._solution.publish(self._solution_of(result))
+        target = result.target
+        self._solution.publish(self._solution_of(result.arm, result.command.q, target.sec, target.nanosec))
         if self._trajectory.heard:
             self._trajectory.publish(trajectory_message(result, trajectory_time))
         if self._commands.heard:
             self._commands.publish(commands_message(result))
 
-    def _solution_of(self, result: Result) -> bytes:
+    def publish_motion(self, arm: Arm, motion: Motion, period: float) -> None:
+        """Publish a command of the stream in every form that somebody listens to, to be reached in a period [s]."""
+        self._solution.publish(self._solution_of(arm, motion.position))
+        if self._trajectory.heard:
+            self._trajectory.publish(motion_trajectory_message(arm, motion, period))
+        if self._commands.heard:
+            self._commands.publish(Float64MultiArray(data=array('d', motion.position.tobytes())))
+
+    def _solution_of(self, arm: Arm, q: np.ndarray, sec: int = 0, nanosec: int = 0) -> bytes:
         """Return the message of a solution as bytes, of which those of the names are the same for all of an arm.
 
         Its stamp is that of the target, or now for a target of stamp 0.
         """
-        if result.arm is not self._arm:
-            self._writer, self._arm = SolutionWriter(solution_message(result)), result.arm
-        sec, nanosec = result.target.sec, result.target.nanosec
+        if arm is not self._arm:
+            self._writer, self._arm = SolutionWriter(positions_message(arm, q)), arm
         if sec == nanosec == 0:  # robot_state_publisher and RViz leave aside what is not newer than what they have
             sec, nanosec = self._clock.now().seconds_nanoseconds()
-        return self._writer.write(sec, nanosec, result.command.q)
+        return self._writer.write(sec, nanosec, q)
 
     def publish_result(self, result: Result) -> None:
         """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""

@@ -8,14 +8,18 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from ros_ik_pkg.ik import TRACE_COLUMNS
+from ros_ik_pkg.ik import TRACE_COLUMNS, Arm
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, NOTHING, REFUSED, SOLVED, Result
 from ros_ik_pkg.ros.input.pose import stamp_text
 from ros_ik_pkg.ros.output.messages import base_header
+from ros_ik_pkg.ros.servo.codes import Code
+from ros_ik_pkg.ros.servo.limiter import Motion
+from ros_ik_pkg.ros.servo.stream import State
 
 LEVELS = {SOLVED: DiagnosticStatus.OK, FAILED: DiagnosticStatus.WARN, REFUSED: DiagnosticStatus.ERROR}
 MAX_ITERATION_STATUSES = 5000  # about 0.3 s of work; ~/trace has every row
+AS_ASKED = (Code.FOLLOWING, Code.STANDING, Code.PAUSED, Code.COMMANDS_STOPPED, Code.WAITING)  # nothing is wrong
 WHOLE_COLUMNS = ('attempt', 'iteration', 'joints_at_limits')
 
 
@@ -95,6 +99,40 @@ def _iteration_status(row: dict[str, Any], result: Result, node_name: str) -> Di
         hardware_id=result.arm.name,
         values=key_values(row),
     )
+
+
+def servo_message(state: State, arm: Arm | None, node_name: str) -> DiagnosticArray:
+    """Return the one status of the stream of commands, without a stamp."""
+    finding = state.finding
+    level = DiagnosticStatus.WARN if finding.share < 1.0 else DiagnosticStatus.OK
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.OK if finding.code in AS_ASKED else level,
+        name=f'{node_name}: servo',
+        message=shorten(finding.sentence),
+        hardware_id=arm.name if arm else '',
+        values=key_values(
+            {
+                'code': int(finding.code),
+                'label': finding.code.label,
+                'share': round(min(finding.share, 1.0), 4),
+                'owner': state.owner,
+                'tip_frame': arm.tip_frame if arm else '',
+                'smoothing': state.smoothing,
+                'late_periods': state.late,
+                **_motion_figures(state.motion),
+            }
+        ),
+    )
+    return DiagnosticArray(status=[status])
+
+
+def _motion_figures(motion: Motion | None) -> dict[str, str]:
+    if motion is None:
+        return {}
+    return {
+        'velocity': ' '.join(f'{value:.6g}' for value in motion.velocity),
+        'acceleration': ' '.join(f'{value:.6g}' for value in motion.acceleration),
+    }
 
 
 def key_values(figures: Mapping[str, Any]) -> list[KeyValue]:

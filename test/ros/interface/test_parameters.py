@@ -10,6 +10,7 @@ import yaml
 from ros_ik_pkg.ik import OPTIONS, PATH_OPTIONS, OptionError, SolveOptions
 from ros_ik_pkg.ros.interface.generate_reference import parameters_markdown, parameters_yaml
 from ros_ik_pkg.ros.interface.parameters import HEALTH_OPTIONS, NODE_OPTIONS, PARAMETERS, Settings, descriptor
+from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS
 
 DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
 NUMERIC = [option for option in OPTIONS if type(option.default) in (int, float)]
@@ -28,7 +29,8 @@ def test_the_defaults_are_the_solvers():
 
 
 def test_every_option_of_the_solver_is_a_parameter():
-    assert set(PARAMETERS) == {option.ros_name for option in (*OPTIONS, *NODE_OPTIONS, *PATH_OPTIONS, *HEALTH_OPTIONS)}
+    options = (*OPTIONS, *NODE_OPTIONS, *PATH_OPTIONS, *SERVO_OPTIONS, *CAUTION_OPTIONS, *HEALTH_OPTIONS)
+    assert set(PARAMETERS) == {option.ros_name for option in options}
 
 
 @pytest.mark.parametrize('option', PARAMETERS.values(), ids=PARAMETERS)

@@ -24,12 +24,14 @@ from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.input.target import Target
 from ros_ik_pkg.ros.output.messages import (
     commands_message,
+    motion_trajectory_message,
     path_message,
-    solution_message,
+    positions_message,
     trace_message,
     trajectory_message,
 )
 from ros_ik_pkg.ros.output.statuses import MAX_ITERATION_STATUSES, iterations_message, result_message
+from ros_ik_pkg.ros.servo.limiter import Motion
 
 ROUNDING = 1e-12
 VECTORS = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
@@ -190,13 +192,24 @@ def test_ever_new_names_do_not_fill_the_memory():
     assert list(states.positions(names)) == names[: -MAX_SOURCES - 1 : -1]
 
 
-def test_the_solution_has_names_positions_base_frame_and_the_stamp_of_the_target():
+def test_positions_have_names_and_the_base_frame():
     result = answer_with()
-    message = solution_message(result)
+    message = positions_message(result.arm, result.solution.q)
     assert tuple(message.name) == result.arm.joint_names
     np.testing.assert_array_equal(message.position, result.solution.q)
-    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (12, 34)
     assert message.header.frame_id == result.arm.base_frame
+
+
+def test_a_command_of_the_stream_is_a_trajectory_of_one_point_with_its_velocity():
+    arm = answer_with().arm
+    motion = Motion(*np.arange(4.0 * arm.n).reshape(4, arm.n))
+    message = motion_trajectory_message(arm, motion, 0.002)
+    (point,) = message.points
+    assert tuple(message.joint_names) == arm.joint_names
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (0, 0)
+    for values, expected in zip((point.positions, point.velocities, point.accelerations), motion):
+        np.testing.assert_array_equal(values, expected)
+    assert (point.time_from_start.sec, point.time_from_start.nanosec) == (0, 2_000_000)
 
 
 @pytest.mark.parametrize(('asked', 'expected'), [(0.1, (0, 250_000_000)), (2.5, (2, 500_000_000))])

@@ -1,0 +1,84 @@
+"""How the stream of commands is kept smooth, and when it slows and halts: the parameters `servo.*` and their like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ros_ik_pkg.ik.options import Option
+
+SMOOTHINGS = ('none', 'own', 'ruckig')
+BLOCKED = STOP, GO_ON = ('stop', 'go_on')
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Thresholds of the rules of caution."""
+
+    singularity_slow: float  # of the smallest singular value of the task's Jacobian
+    singularity_halt: float
+    contact_slow: float  # m, of the clearance
+    contact_halt: float  # m
+    limit_margin: float  # rad, m: how far from a joint limit the arm stops
+    leaving_share: float  # of the top speed, at least, away from a singularity or a contact
+    hysteresis: float  # of a threshold, by which a rule lets go later than it takes hold
+
+
+@dataclass(frozen=True)
+class ServoSettings:
+    """All about the stream of commands but the rules of caution."""
+
+    command_rate: float  # Hz; 0: there is no stream
+    command_timeout: float  # s
+    smoothing: str
+    blocked: str
+    max_velocity: float  # rad/s, m/s, of joints whose limit is not known
+    max_acceleration: float  # rad/s^2, m/s^2, as above
+    max_jerk: float  # rad/s^3, m/s^3, as above
+    response_time: float  # s
+    joint_states_timeout: float  # s; 0: never
+    resync: float  # rad, m
+
+
+def _servo_option(name: str, default: Any, text: str, unit: str = '', **spec: Any) -> Option:
+    return Option(name, f'servo.{name}', default, text, unit, **spec)
+
+
+SERVO_OPTIONS = (
+    Option('command_rate', 'command_rate', 0.0, 'commands leave in a steady stream at this rate, smooth and within all '
+           'limits, and target_twist is followed; 0: there is no stream, each target has its one command', 'Hz',
+           minimum=0.0, maximum=1000.0),
+    Option('command_timeout', 'command_timeout', 0.1, 'the arm halts if no twist came for so long; twists with an '
+           'older stamp are refused, stamp 0 is now', 's', minimum=0.001, maximum=10.0),
+    Option('smoothing', 'smoothing', 'own', 'what keeps the stream within velocity, acceleration and jerk: nothing, '
+           'the limiter of this package, or Ruckig (the former if that is not installed)', allowed=SMOOTHINGS),
+    _servo_option('blocked', STOP, 'what happens if the joints cannot follow a twist: the motion stops as a whole, or '
+                  'goes on with the joints that can, off the line', allowed=BLOCKED),
+    _servo_option('max_velocity', 1.0, 'velocity limit of joints for which the robot has none', 'rad/s or m/s',
+                  minimum=0.001, maximum=100.0),
+    _servo_option('max_acceleration', 10.0, 'acceleration limit of joints for which the robot has none',
+                  'rad/s^2 or m/s^2', minimum=0.01, maximum=1e4),
+    _servo_option('max_jerk', 100.0, 'jerk limit of joints for which the robot has none', 'rad/s^3 or m/s^3',
+                  minimum=0.1, maximum=1e6),
+    _servo_option('response_time', 0.01, 'time constant with which a stream of poses is smoothed, for target poses '
+                  'alone', 's', minimum=0.0, maximum=1.0),
+    _servo_option('joint_states_timeout', 0.5, 'the arm halts if no joint state came for so long, while seeds are '
+                  'joint states; 0: never', 's', minimum=0.0, maximum=60.0),
+    _servo_option('resync', 0.05, 'a joint that stands so far from its command when a motion begins starts from where '
+                  'it is', 'rad or m', minimum=0.0, maximum=10.0),
+)  # fmt: skip
+CAUTION_OPTIONS = (
+    _servo_option('singularity_slow', 0.03, 'smallest singular value below which the arm slows down', minimum=0.0,
+                  maximum=10.0),
+    _servo_option('singularity_halt', 0.005, 'smallest singular value at which it halts, unless it moves away',
+                  minimum=0.0, maximum=10.0),
+    _servo_option('contact_slow', 0.05, 'clearance below which the arm slows down', 'm', minimum=0.0, maximum=10.0),
+    _servo_option('contact_halt', 0.01, 'clearance at which it halts, unless it moves away', 'm', minimum=0.0,
+                  maximum=10.0),
+    _servo_option('limit_margin', 0.01, 'distance from a joint limit at which it halts, unless it moves away',
+                  'rad or m', minimum=0.0, maximum=1.0),
+    _servo_option('leaving_share', 0.5, 'share of the top speed, at least, away from a singularity or a contact',
+                  minimum=0.0, maximum=1.0),
+    _servo_option('hysteresis', 0.2, 'share of a threshold by which a rule lets go later than it takes hold',
+                  minimum=0.0, maximum=10.0),
+)  # fmt: skip

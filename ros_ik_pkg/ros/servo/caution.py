@@ -1,0 +1,186 @@
+"""Rules of caution: how fast the arm may go near a singularity, a joint limit, a contact, and at its top speed.
+
+Every rule looks at the motion that is asked for, not at the one that is left of it, so that a halted arm moves again
+as soon as a command leads away.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.ros.interface.servo_settings import Thresholds
+from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding, strictest
+from ros_ik_pkg.ros.servo.limiter import MotionLimits
+
+LOOK_AHEAD = 1e-3  # rad, m: how far the joint that moves most is moved to tell towards from away
+FAR = 1e6  # rad, m: all the room in the world
+TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
+BRAKE = 0.3  # of acceleration and jerk, with which a joint can still stop; the rest is for the curve of the line
+CURVE = 0.4  # of the acceleration limits, for the curve that a straight line is for the joints
+STILL = 1e-9  # rad/s, m/s: no motion
+DAMPING = 1e-4  # of the joint velocities that are judged: near a singularity they exceed every limit, and are slowed
+JOINTS_TOO_FAST = (Code.SLOWED_VELOCITY, Code.SLOWED_ACCELERATION)
+AXES = ('x', 'y', 'z')
+
+
+class Approach:
+    """One rule about a measure that must not become small, such as a clearance: slow below `slow`, none at `halt`.
+
+    Between the two the top speed falls in proportion. In any case it is one from which the joints stop before `halt`.
+    """
+
+    def __init__(self, slow: float, halt: float, thresholds: Thresholds) -> None:
+        self._slow, self._halt = max(slow, halt), halt
+        self._leaving_share, self._wider = thresholds.leaving_share, 1.0 + thresholds.hysteresis
+        self._slowed = self._halted = False
+
+    def share(self, now: float, ahead: float) -> tuple[float, float, bool]:
+        """Return the share of the top speed, the room [rad, m] of the joint that moves most, and whether it leads away.
+
+        now, ahead: the measure here, and LOOK_AHEAD further on.
+        """
+        self._slowed = now < (self._slow * self._wider if self._slowed else self._slow)
+        halt = min(self._halt * self._wider, self._slow) if self._halted else self._halt
+        self._halted = now <= halt
+        share = 1.0
+        if self._slowed:
+            share = 0.0 if self._halted else min((now - self._halt) / max(self._slow - self._halt, 1e-12), 1.0)
+        if ahead > now:
+            return max(share, self._leaving_share), FAR, True
+        # Where a singular value goes as the sine of a joint, its slope promises the tangent: hence the arctangent.
+        return share, math.atan(max(now - halt, 0.0) * LOOK_AHEAD / max(now - ahead, 1e-12)), False
+
+
+class Posture(NamedTuple):
+    """A configuration q (n,) and what the task's Jacobian makes of twists there."""
+
+    q: np.ndarray
+    joints_from_twist: np.ndarray  # (n, 6) joint velocity for a twist of the tip in base axes
+    sigma: float  # the smallest singular value
+    lost: np.ndarray  # (6,) the twist in base axes that goes with it
+
+
+def posture(arm: Arm, q: np.ndarray, rows: np.ndarray) -> Posture:
+    """Return what the Jacobian makes of twists at q (n,), for the rows (k, 6) of the task."""
+    left, sigmas, right = np.linalg.svd(rows @ arm.jacobian(q), full_matrices=False)
+    joints_from_twist = right.T @ ((sigmas / (sigmas**2 + DAMPING**2))[:, None] * (left.T @ rows))
+    return Posture(q, joints_from_twist, float(sigmas[-1]), rows.T @ left[:, -1])
+
+
+class Caution:
+    """All rules for one arm; they remember what they slowed, so there is one for each stretch of motion."""
+
+    def __init__(
+        self,
+        arm: Arm,
+        limits: MotionLimits,
+        thresholds: Thresholds,
+        clearance: Callable[[np.ndarray], tuple[float, str]] | None = None,
+    ) -> None:
+        """clearance: of a configuration (n,), the distance [m] to the nearest contact, and between what it is; None if
+        no geometry is known."""
+        self._arm, self._limits, self._thresholds = arm, limits, thresholds
+        self._clearance = clearance
+        self._singularity = Approach(thresholds.singularity_slow, thresholds.singularity_halt, thresholds)
+        self._contact = Approach(thresholds.contact_slow, thresholds.contact_halt, thresholds)
+
+    def judge(self, here: Posture, twist: np.ndarray, rows: np.ndarray) -> Finding:
+        """Return the strictest finding about a twist (6,) of the tip in a posture, with the rows (k, 6) of the task.
+
+        Its share is that of the most that the rules allow: 2 where the tip may be twice as fast.
+        """
+        velocity = here.joints_from_twist @ twist
+        fastest = float(np.abs(velocity).max())
+        if fastest < STILL:
+            return FOLLOWING
+        time = LOOK_AHEAD / fastest
+        ahead = posture(self._arm, here.q + velocity * time, rows)
+        acceleration = (ahead.joints_from_twist @ twist - velocity) / time
+        found = [
+            self._near_limit(here.q, velocity),
+            self._near_singularity(here, ahead, velocity),
+            self._at_top_speed(velocity),
+            self._at_top_acceleration(acceleration),
+        ]
+        if self._clearance is not None:
+            found.append(self._near_contact(here.q, ahead.q, velocity))
+        finding = strictest(found)
+        if finding.code in JOINTS_TOO_FAST and here.sigma < self._thresholds.singularity_slow:
+            return found[1]._replace(share=finding.share)  # it is the singularity that makes them so
+        return finding
+
+    def _near_limit(self, q: np.ndarray, velocity: np.ndarray) -> Finding:
+        upwards = velocity > 0.0
+        distance = np.where(upwards, self._limits.upper - q, q - self._limits.lower)
+        shares = _shares(self._stoppable(distance - self._thresholds.limit_margin), velocity)
+        worst = int(np.argmin(shares))
+        side = 'upper' if upwards[worst] else 'lower'
+        text = f'{self._arm.joint_names[worst]} is {max(distance[worst], 0.0):.2g} from its {side} limit'
+        return Finding(float(shares[worst]), Code.SLOWED_JOINT_LIMIT, text)
+
+    def _near_singularity(self, here: Posture, ahead: Posture, velocity: np.ndarray) -> Finding:
+        share, away = self._share(*self._singularity.share(here.sigma, ahead.sigma), velocity)
+        text = f'nearly singular, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
+        slowed = Code.LEAVING_SINGULARITY if away else Code.SLOWED_SINGULARITY
+        return Finding(share, slowed, text)
+
+    def _near_contact(self, q: np.ndarray, ahead: np.ndarray, velocity: np.ndarray) -> Finding:
+        assert self._clearance is not None
+        (now, between), (further, _) = self._clearance(q), self._clearance(ahead)
+        share, away = self._share(*self._contact.share(now, further), velocity)
+        slowed = Code.LEAVING_CONTACT if away else Code.SLOWED_CONTACT
+        return Finding(share, slowed, f'{1000.0 * now:.2g} mm between {between}')
+
+    def _at_top_speed(self, velocity: np.ndarray) -> Finding:
+        shares = _shares(TOP_SPEED * self._limits.velocity, velocity)
+        worst = int(np.argmin(shares))
+        text = f'{self._arm.joint_names[worst]} would have to move at {abs(velocity[worst]):.2g}, beyond its limit'
+        return Finding(float(shares[worst]), Code.SLOWED_VELOCITY, text)
+
+    def _at_top_acceleration(self, acceleration: np.ndarray) -> Finding:
+        """Allow the speed at which the curve of the joints, which grows as its square, leaves the line as it is."""
+        shares = np.sqrt(_shares(CURVE * self._limits.acceleration, acceleration))
+        worst = int(np.argmin(shares))
+        text = (f'{self._arm.joint_names[worst]} would have to accelerate at {abs(acceleration[worst]):.2g}, '
+                'too near to its limit')
+        return Finding(float(shares[worst]), Code.SLOWED_ACCELERATION, text)
+
+    def _share(self, share: float, room: float, away: bool, velocity: np.ndarray) -> tuple[float, bool]:
+        """Return the share of the velocity (n,) within a share of the top speed and a room, and `away`."""
+        rooms = room * np.abs(velocity) / np.abs(velocity).max()
+        most = np.minimum(share * self._limits.velocity, self._stoppable(rooms))
+        return float(_shares(most, velocity).min()), away
+
+    def _stoppable(self, room: np.ndarray) -> np.ndarray:
+        """Return the velocity (n,) from which each joint stops within a room (n,), at BRAKE of its limits.
+
+        By v^2 / 2a + v a / 2j, the length of a stop that uses all of both, and never less than that of the shortest.
+        """
+        j = BRAKE * self._limits.jerk
+        a = np.minimum(BRAKE * self._limits.acceleration, np.sqrt(j * self._limits.velocity))  # a stop needs no more
+        ramp = a / (2.0 * j)
+        room = np.clip(room, 0.0, FAR)
+        return 2.0 * room / (np.sqrt(ramp**2 + 2.0 * room / a) + ramp)
+
+
+def _shares(most: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Return which share of each velocity (n,) is within the most (n,) that is allowed."""
+    speed = np.abs(velocity)
+    return np.where(speed < STILL, np.inf, most / np.maximum(speed, STILL))
+
+
+def _motion(direction: np.ndarray) -> str:
+    """Say which motion of the tip a direction (6,) in base axes is: the larger of its two halves."""
+    half, verb = (direction[:3], 'move along') if np.linalg.norm(direction[:3]) >= np.linalg.norm(direction[3:]) else (
+        direction[3:], 'turn about')  # fmt: skip
+    half = half / np.linalg.norm(half)
+    largest = int(np.argmax(np.abs(half)))
+    if abs(half[largest]) > 0.98:
+        return f'{verb} {AXES[largest]}'
+    half = half * np.sign(half[largest])
+    return f'{verb} ({", ".join(f"{value:.2f}" for value in half)})'

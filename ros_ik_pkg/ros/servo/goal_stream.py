@@ -1,0 +1,41 @@
+"""Goals that come one by one as a goal that moves: between two of them it goes on at their pace."""
+
+from __future__ import annotations
+
+import numpy as np
+
+LONGEST_GAP = 0.2  # s between two goals of one stream; after more, the next one begins another
+SLACK = 1.25  # of the time between two goals, that is taken from one to the next, so that a late one finds it moving
+MEMORY = 0.8  # of the mean time between goals
+ARRIVED = 1e-6  # rad, m
+
+
+class GoalStream:
+    """Goals (n,) [rad, m] from a start; one that is alone is there at once, for the limiter to move to."""
+
+    def __init__(self, start: np.ndarray, velocity_limits: np.ndarray) -> None:
+        self._last = self._from = start
+        self._velocity, self._limits = np.zeros_like(start), velocity_limits
+        self._came, self._gap = -np.inf, 0.0
+
+    def put(self, goal: np.ndarray, now: float) -> None:
+        """Take the next goal at a time [s]."""
+        here, _ = self.at(now)
+        gap = now - self._came
+        streaming = 0.0 < gap <= LONGEST_GAP
+        self._gap = (MEMORY * self._gap + (1.0 - MEMORY) * gap if self._gap else gap) if streaming else 0.0
+        velocity = (goal - here) / (SLACK * self._gap) if self._gap else np.zeros_like(goal)
+        smooth = self._gap > 0.0 and bool(np.all(np.abs(velocity) <= self._limits))
+        self._from, self._velocity = (here, velocity) if smooth else (goal, np.zeros_like(goal))
+        self._last, self._came = goal, now
+
+    def at(self, now: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return position and velocity (n,) of the moving goal at a time [s]."""
+        since = now - self._came
+        if not self._velocity.any() or since >= SLACK * self._gap:
+            return self._last, np.zeros_like(self._last)
+        return self._from + self._velocity * since, self._velocity
+
+    def reached(self, q: np.ndarray) -> bool:
+        """Whether q (n,) is at the last goal."""
+        return bool(np.all(np.abs(q - self._last) <= ARRIVED))

@@ -1,0 +1,29 @@
+"""A smooth motion after goals that come when they come: what the limiter follows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ros_ik_pkg.ros.servo.limiter import Motion
+
+STEPS = 2.0  # periods in a time constant, at least: a filter in steps would swing otherwise
+
+
+class Reference:
+    """Follows goals, critically damped in the third order: no lag behind a constant velocity, no overshoot of a step.
+
+    Noise in the goals [rad, m] comes out as a jerk of noise / time_constant^3 at most.
+    """
+
+    def __init__(self, start: Motion, period: float, time_constant: float) -> None:
+        self.motion, self._period = start, period
+        self._rate = 1.0 / max(time_constant, STEPS * period)
+
+    def follow(self, position: np.ndarray, velocity: np.ndarray) -> Motion:
+        """Return the motion over the coming period towards a goal, which is where it says now; arrays (n,) [rad, m]."""
+        now, rate = self.motion, self._rate
+        behind, slower = position - now.position, velocity - now.velocity
+        jerk = rate * (rate * (rate * behind + 3.0 * slower) - 3.0 * now.acceleration)
+        moving = now._replace(jerk=jerk)
+        self.motion = moving.after(self._period)
+        return moving

@@ -1,0 +1,209 @@
+"""The servo: who has the arm, when it halts, and the next command. No threads and no messages."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from ros_ik_pkg.ik import Arm, SolveOptions
+from ros_ik_pkg.ros.interface.servo_settings import ServoSettings, Thresholds
+from ros_ik_pkg.ros.servo.caution import Caution
+from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding
+from ros_ik_pkg.ros.servo.goal_stream import GoalStream
+from ros_ik_pkg.ros.servo.limiter import JerkLimiter, Motion, MotionLimits, make_limiter
+from ros_ik_pkg.ros.servo.reference import Reference
+from ros_ik_pkg.ros.servo.twist_follower import TwistCommand, TwistFollower
+
+Clearance = Callable[[np.ndarray], tuple[float, str]]
+SETTLING = 0.5  # s at rest, after which a joint that is not where it was told to be has been moved by others
+STANDING = Finding(1.0, Code.STANDING, 'stands and waits for commands')
+PAUSED = Finding(0.0, Code.PAUSED, 'paused; ~/pause lets it go on')
+
+
+class Owner(enum.Enum):
+    """Which kind of command has the arm."""
+
+    NOBODY = 'nobody'
+    TWIST = 'twist'
+    POSE = 'pose'
+
+
+class Servo:
+    """Commands for one arm, one per period: steady, smooth, and careful.
+
+    Times are of any steady clock [s]. Nothing moves before the first command, and after a pause nothing moves before
+    the next one.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        options: SolveOptions,
+        settings: ServoSettings,
+        thresholds: Thresholds,
+        velocity_scale: float,
+        start: np.ndarray,
+        clearance: Clearance | None = None,
+    ) -> None:
+        """start: (n,) where the joints are [rad, m]. clearance: see Caution."""
+        self.arm, self.settings, self.period = arm, settings, 1.0 / settings.command_rate
+        self.limits = motion_limits(arm, settings, velocity_scale)
+        self.finding, self.owner = STANDING, Owner.NOBODY
+        self._thresholds, self._clearance = thresholds, clearance
+        self._command, self._commanded = TwistCommand(np.zeros(6)), -math.inf
+        self._place(start)
+        self.use(options)
+        self._joint_states_heard = math.inf  # until the first: then its time
+        self._paused = self._closing = False
+        self._stopped = True  # a command takes the arm anew
+        self._moved = -math.inf  # s: when the last command was in motion
+
+    def use(self, options: SolveOptions) -> None:
+        """Solve with other options from now on; the motion goes on."""
+        caution = Caution(self.arm, self.limits, self._thresholds, self._clearance)
+        self._follower = TwistFollower(
+            self.arm, self.limits, options, caution, self.period, self.settings.blocked
+        )  # fmt: skip
+        self._begin()
+
+    @property
+    def joint_names(self) -> frozenset[str]:
+        """Names of the joints."""
+        return frozenset(self.arm.joint_names)
+
+    @property
+    def position(self) -> np.ndarray:
+        """The last command (n,) [rad, m]."""
+        return self._limiter.position
+
+    @property
+    def motion(self) -> Motion:
+        """The last command and its derivatives."""
+        return self._limiter.motion
+
+    @property
+    def smoothing(self) -> str:
+        """The limiter at work."""
+        return self._limiter.name
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the last command stands still."""
+        return self._limiter.at_rest
+
+    def twist(self, command: TwistCommand, now: float, joint_state: np.ndarray | None = None) -> None:
+        """Take a twist; joint_state (n,): where the joints are [rad, m], if that is known."""
+        if self._paused:
+            return
+        if self.owner is not Owner.TWIST or self._stopped:
+            self._take(Owner.TWIST, now, joint_state)
+        self._command, self._commanded = command, now
+
+    def pose(self, q: np.ndarray, now: float, joint_state: np.ndarray | None = None) -> str:
+        """Take the joints (n,) of a target pose as the goal; return why not, else nothing."""
+        if self._paused:
+            return PAUSED.sentence
+        if self.owner is not Owner.POSE or self._stopped:
+            self._take(Owner.POSE, now, joint_state)
+            self._goals = GoalStream(self.position, self.limits.velocity)
+        self._goals.put(q, now)
+        return ''
+
+    def pause(self, paused: bool) -> None:
+        """Halt until this is called with False, and then wait for the next command."""
+        self._paused = paused
+        if paused:
+            self.owner = Owner.NOBODY
+
+    def close(self) -> None:
+        """Halt for good."""
+        self._closing = True
+
+    def hear_joint_states(self, now: float) -> None:
+        """Note that a joint state came."""
+        self._joint_states_heard = now
+
+    def tick(self, now: float) -> np.ndarray:
+        """Return the next command (n,) [rad, m].
+
+        Raises RuntimeError at one that a last look does not let through: it must not be published.
+        """
+        before, halt = self.position, self._halt(now)
+        if not self.at_rest:
+            self._moved = now
+        smooth = None if halt is not None else self._smooth(now)
+        if smooth is None:
+            self.finding, self._stopped = halt or STANDING, True
+            command = self._limiter.halt()
+            self._begin()
+        else:
+            command = self._limiter.advance(smooth)
+        if self.smoothing != 'none' and not np.all(np.abs(command - before) <= self.limits.velocity * self.period):
+            raise RuntimeError(f'a command leaps from {before.tolist()} to {command.tolist()}')
+        return command
+
+    def _smooth(self, now: float) -> Motion | None:
+        """Return the motion that whoever has the arm wants over the period, None for none."""
+        if self.owner is Owner.TWIST:
+            motion, finding = self._follower.step(self._command)
+            resting = self._follower.standing and not self._command.twist.any()
+            self.finding = STANDING if resting and finding.code is Code.FOLLOWING else finding
+            return self._reference.follow(motion.position, motion.velocity)
+        if self.owner is Owner.POSE:
+            self.finding = STANDING if self._goals.reached(self.position) else FOLLOWING
+            return self._reference.follow(*self._goals.at(now))
+        return None
+
+    def _halt(self, now: float) -> Finding | None:
+        """Return why the arm must halt now, or None."""
+        if self._paused:
+            return PAUSED
+        if self._closing:
+            return Finding(0.0, Code.WAITING, 'the settings change or the node ends')
+        silent, longest = now - self._joint_states_heard, self.settings.joint_states_timeout
+        if longest and silent > longest and self.owner is not Owner.NOBODY:
+            return Finding(0.0, Code.JOINT_STATES_STOPPED, f'no joint state for more than {longest:g} s')
+        silent, longest = now - self._commanded, self.settings.command_timeout
+        if self.owner is Owner.TWIST and silent > longest:
+            if not self._command.twist.any() and self._limiter.at_rest:
+                return STANDING
+            return Finding(0.0, Code.COMMANDS_STOPPED, f'no twist for more than {longest:g} s')
+        return None
+
+    def _take(self, owner: Owner, now: float, joint_state: np.ndarray | None) -> None:
+        """Give the arm to one kind of command; a motion goes on from where it is."""
+        self.owner, self._stopped = owner, False
+        if joint_state is not None and now - self._moved > SETTLING:
+            off = np.abs(joint_state - self.position).max()
+            if off > self.settings.resync:
+                self._place(joint_state)
+        self._begin()
+
+    def _place(self, q: np.ndarray) -> None:
+        """Start the stream at rest at q (n,)."""
+        self._limiter: JerkLimiter = make_limiter(self.settings.smoothing, self.limits, self.period, q)
+
+    def _begin(self) -> None:
+        """Let what follows commands begin where the commands are."""
+        motion = self._limiter.motion
+        self._follower.start(motion.position, motion.velocity)
+        constant = self.settings.response_time if self.owner is Owner.POSE else 0.0
+        self._reference = Reference(motion, self.period, constant)
+
+
+def motion_limits(arm: Arm, settings: ServoSettings, velocity_scale: float) -> MotionLimits:
+    """Return the limits of the stream: those of the arm, or those of the settings for joints that have none."""
+
+    def known(limits: np.ndarray, otherwise: float) -> np.ndarray:
+        return np.where(np.isfinite(limits), limits, otherwise)
+
+    return MotionLimits(
+        arm.lower,
+        arm.upper,
+        velocity_scale * known(arm.velocity_limits, settings.max_velocity),
+        known(arm.acceleration_limits, settings.max_acceleration),
+        known(arm.jerk_limits, settings.max_jerk),
+    )

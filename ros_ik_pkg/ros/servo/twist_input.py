@@ -1,0 +1,33 @@
+"""Twists as they come in: numbers, stamp and frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from geometry_msgs.msg import TwistStamped
+
+from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.ros.handling.target_handler import TargetHandler
+from ros_ik_pkg.ros.input.refusal import RefusedError
+from ros_ik_pkg.ros.servo.twist_follower import TwistCommand
+
+FASTEST = 1e3  # m/s, rad/s; no arm is meant by more
+
+
+def command_of(message: TwistStamped, arm: Arm, handler: TargetHandler, timeout: float) -> TwistCommand:
+    """Return the command in a message; refuse numbers, stamps and frames that cannot be meant.
+
+    The twist is that of the tip's origin, in the axes of frame_id: the base frame if that is empty, the tip's own axes
+    as they turn, any frame of the robot, or of TF. A stamp of 0 is now.
+    """
+    linear, angular = message.twist.linear, message.twist.angular
+    twist = np.array([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z])
+    if not np.all(np.abs(twist) <= FASTEST):
+        raise RefusedError('not_finite', f'twist is {twist.tolist()}; expected numbers up to {FASTEST:g} m/s and rad/s')
+    stamp = message.header.stamp
+    handler.refuse_stale(stamp.sec, stamp.nanosec, timeout, 'twist', 'command_timeout')
+    frame = message.header.frame_id.removeprefix('/')
+    if frame == arm.tip_frame:
+        return TwistCommand(twist)
+    base_from_frame, _ = handler.base_from_frame(frame, stamp, arm)
+    assert base_from_frame is not None  # it waits for none
+    return TwistCommand(twist, base_from_frame[:3, :3])
