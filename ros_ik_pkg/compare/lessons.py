@@ -18,6 +18,7 @@ from ros_ik_pkg.ik import METHODS, SolveOptions, load_arm
 START: dict[str, Any] = {
     'method': 'adaptive_dls',
     'max_iterations': 2000,
+    'max_attempts': 500,
     'position_tolerance': 1e-6,
     'orientation_tolerance': 1e-6,
     'step_size': 1.0,
@@ -134,7 +135,8 @@ LESSONS = (
             'Ustaw krok z powrotem na 1, a metoda zbiegnie, choć powoli.',
         },
         methods=('transpose',),
-        parameters={'step_size': 2.0},
+        # One descent for the node as well: its search would go on for thousands of steps.
+        parameters={'step_size': 2.0, 'method': 'transpose', 'max_attempts': 1},
     ),
     Lesson(
         'stagnation',

@@ -162,5 +162,5 @@ def _joints(iterate: Iterate, method: str, names: Sequence[str], rotary: Sequenc
         )
     return (
         f'<h4>{texts["joint steps"]}</h4><div class="joints">{"".join(rows)}</div>'
-        f'<div class="note">{texts["arrows"]}</div>'
+        f'<div class="note" style="white-space:normal">{texts["arrows"]}</div>'
     )

@@ -32,6 +32,7 @@ from ros_ik_pkg.ros.handling.result import CLOSEST
 from ros_ik_pkg.ros.input.robot_source import urdf_text
 
 PATIENCE = 1.0  # s for an answer; then the target is sent again
+MOST_PATIENCE = 16.0  # s, if it does not come again and again
 SERVICE_PATIENCE = 3.0  # s for an answer of a parameter service
 FIELDS = 0.2  # s for which the fields wait for a target that is dragged: a page does much for each change of them
 
@@ -54,6 +55,7 @@ class Panel:
         self._ask_again = math.inf  # when to repeat a question about parameters
         self._questions = 0
         self._dirty = self._seed_changed = False
+        self._patience = PATIENCE
         self._sent = 0.0  # time of the last target
         self._fields_due = math.inf  # when the fields are to show the target
         self._robot = robots.parameters_of(SHIPPED[0])
@@ -175,8 +177,12 @@ class Panel:
             return
         answers = self._link.answers
         waited = time.monotonic() - self._sent
-        if waited > PATIENCE and (answers.passing or not answers.result):
+        if answers.result:
+            self._patience = PATIENCE
+        if waited > self._patience and (answers.passing or not answers.result):
             self._dirty = True  # the seed may have come too late, or the first messages before discovery
+            if not answers.result:  # a slow node would never be heard if it were asked again before it answers
+                self._patience = min(2.0 * self._patience, MOST_PATIENCE)
         self._link.publish_joints(self._arm, self._problem.seed)
         done = answers.result and (answers.compared or answers.refused or not self._controls.parameters.compared)
         if self._seed_changed:  # let it arrive before the target

@@ -236,6 +236,9 @@ def test_a_lesson_shows_its_phenomenon_on_the_page(shown, name, request):
     }
     assert expected[name], labels
     if folder := request.config.getoption('--screenshots'):
+        close = shown.page.locator('.mantine-Notification-closeButton')
+        if close.count():  # what the page says about a graphics card that is a program
+            close.first.click()
         shown.page.wait_for_timeout(6e3)
         shown.page.screenshot(path=Path(folder) / f'lesson_{name}.png', timeout=200e3)
 
