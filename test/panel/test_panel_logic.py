@@ -412,3 +412,16 @@ def test_a_joint_that_the_node_holds_is_no_joint_of_the_page(panel):
     assert len(panel._controls._seed._sliders) == 5
     panel.choose_robot('puma560')
     assert list(panel._link.values['held_joints']) == []
+
+
+def test_a_node_that_does_not_answer_is_asked_again_ever_more_rarely(panel, clock):
+    ticks(panel)
+    sent = []
+    for _ in range(16):
+        clock.now += 0.5
+        ticks(panel, 1)
+        sent.append(len(panel._link.targets))
+    assert sent.count(1) >= 2 and 3 <= sent[-1] <= 4  # after 1, 2 and 4 seconds
+    panel._link.say('solved', q=np.zeros(6))
+    ticks(panel)
+    assert len(panel._link.targets) == sent[-1]
