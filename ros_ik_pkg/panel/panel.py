@@ -177,17 +177,17 @@ class Panel:
             return
         answers = self._link.answers
         waited = time.monotonic() - self._sent
-        if answers.result:
-            self._patience = PATIENCE
-        if waited > self._patience and (answers.passing or not answers.result):
+        silent = waited > self._patience and not answers.result
+        if silent or (answers.passing and waited > PATIENCE):
             self._dirty = True  # the seed may have come too late, or the first messages before discovery
-            if not answers.result:  # a slow node would never be heard if it were asked again before it answers
-                self._patience = min(2.0 * self._patience, MOST_PATIENCE)
         self._link.publish_joints(self._arm, self._problem.seed)
         done = answers.result and (answers.compared or answers.refused or not self._controls.parameters.compared)
         if self._seed_changed:  # let it arrive before the target
             self._seed_changed = False
         elif self._dirty and (done or waited > PATIENCE):
+            # A slow node would never be heard if it were asked again and again before it answers.
+            again = silent and self._sent > 0.0
+            self._patience = min(2.0 * self._patience, MOST_PATIENCE) if again else PATIENCE
             self._dirty, self._sent = False, time.monotonic()
             self._link.send_target(self._arm, self._problem.target)
 
