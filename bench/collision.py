@@ -9,13 +9,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-import coal
 import numpy as np
 from tqdm import tqdm
 
 from bench.published_robots import PANDA, UR5, XARM7, Z1, UrdfJudge, configurations, moving_pairs
 from ros_ik_pkg.ik import Arm, Obstacle, Solution, SolveOptions, World, load_arm, solve
 from ros_ik_pkg.ik.collision.scene import contacts_of
+from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.contacts import Room
 
 ROBOTS = {'panda': PANDA, 'xarm7': XARM7, 'ur5': UR5, 'z1': Z1}

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from ros_ik_pkg.ik.contacts.coal_library import geometry_object
+
 SHARE = next(path for path in (Path(place) / 'cmeel.prefix' / 'share' for place in sys.path)
              if (path / 'example-robot-data').is_dir())
 ROBOTS = SHARE / 'example-robot-data' / 'robots'
@@ -44,9 +46,8 @@ class UrdfJudge:
 
     def add(self, name, shape, pose, against, frame=None):
         """Add an obstacle at a pose in a frame, the base by default, against some links."""
-        held = self.model.frames[self.model.getFrameId(frame or self.base)]
         self.geometry.addGeometryObject(
-            pin.GeometryObject(name, held.parentJoint, held.placement * pin.SE3(pose), shape))
+            geometry_object(name, self.model, self.model.getFrameId(frame or self.base), np.asarray(pose), shape))
         self.owners.append(name)
         self.allow([(name, link) for link in against])
 

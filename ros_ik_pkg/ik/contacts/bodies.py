@@ -75,10 +75,8 @@ class Piece:
         if kind in ('sphere', 'capsule', 'cylinder'):
             return {'sphere': coal.Sphere, 'capsule': coal.Capsule, 'cylinder': coal.Cylinder}[kind](*size)
         assert self.hull is not None
-        body = convex(self.hull.corners * self.shape.size)
-        if self.hull.slack > 0.0:
-            body.setSweptSphereRadius(self.hull.slack * float(np.abs(self.shape.size).max()))
-        return body
+        slack = self.hull.slack * float(np.abs(self.shape.size).max())
+        return convex(self.hull.corners * self.shape.size, slack)
 
     @cached_property
     def mesh(self) -> Any:

@@ -6,14 +6,36 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 THIN = 1e-4  # [m]
 SIGN = (-1.0, 1.0)
 
+
+
+class _Hppfcl:
+    """coal as it was called before its release 3, by the names of now: types that end in 3s ended in 3f."""
+
+    def __init__(self) -> None:
+        self._library = import_module('hppfcl')
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._library, f'{name[:-1]}f' if name.endswith('3s') else name)
+
+
 try:
     coal: Any = import_module('coal')
-except ImportError:  # before its release 3
-    coal = import_module('hppfcl')
+except ImportError:
+    coal = _Hppfcl()
+
+
+def geometry_object(name: str, model: pin.Model, frame: int, placement: np.ndarray, shape: Any) -> pin.GeometryObject:
+    """Return a shape of coal at a placement (4, 4) in a frame of a model, as the installed Pinocchio makes it."""
+    held = model.frames[frame]
+    placed = held.placement * pin.SE3(placement)
+    if hasattr(held, 'parentJoint'):
+        return pin.GeometryObject(name, held.parentJoint, frame, placed, shape)
+    return pin.GeometryObject(name, frame, held.parent, shape, placed)  # before its release 3
 
 
 def points_of(corners: np.ndarray) -> Any:
@@ -23,13 +45,26 @@ def points_of(corners: np.ndarray) -> Any:
     return points
 
 
-def convex(corners: np.ndarray) -> Any:
-    """Return coal's convex hull of points (k, 3), with its faces; what spans no volume is made THIN thick."""
+def convex(corners: np.ndarray, slack: float = 0.0) -> Any:
+    """Return coal's convex hull of points (k, 3), with its faces, that holds all within `slack` [m] of it.
+
+    What spans no volume is made THIN thick. coal adds a ball; before its release 3 a cube around the ball is added.
+    """
+    if slack > 0.0 and not hasattr(coal.Convex, 'setSweptSphereRadius'):
+        return convex(_thickened(corners, slack))
     try:
-        return coal.Convex.convexHull(points_of(corners), True, 'Qt')
+        body = coal.Convex.convexHull(points_of(corners), True, 'Qt')
     except Exception:
-        thick = (corners[:, None, :] + 0.5 * THIN * np.array([[x, y, z] for x in SIGN for y in SIGN for z in SIGN]))
-        return coal.Convex.convexHull(points_of(thick.reshape(-1, 3)), True, 'Qt')
+        body = coal.Convex.convexHull(points_of(_thickened(corners, 0.5 * THIN)), True, 'Qt')
+    if slack > 0.0:
+        body.setSweptSphereRadius(slack)
+    return body
+
+
+def _thickened(corners: np.ndarray, half: float) -> np.ndarray:
+    """Return the corners of cubes of this half edge [m] around points (k, 3), (8 k, 3)."""
+    cube = np.array([[x, y, z] for x in SIGN for y in SIGN for z in SIGN])
+    return (corners[:, None, :] + half * cube).reshape(-1, 3)
 
 
 def hull_of(corners: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from ros_ik_pkg.ik.contacts.bodies import Piece
-from ros_ik_pkg.ik.contacts.coal_library import coal
+from ros_ik_pkg.ik.contacts.coal_library import coal, geometry_object
 from ros_ik_pkg.ik.model.pinocchio_model import frame_id
 from ros_ik_pkg.ik.model.tree import Tree
 from ros_ik_pkg.ik.world import World
@@ -74,9 +74,7 @@ class Judge:
 
     def _add(self, name: str, frame: int, placement: np.ndarray, geometry: Any) -> int:
         """Add a shape that is fixed to a frame; return its number."""
-        held = self._model.frames[frame]
-        return self._geometry.addGeometryObject(
-            pin.GeometryObject(name, held.parentJoint, frame, held.placement * pin.SE3(placement), geometry))
+        return self._geometry.addGeometryObject(geometry_object(name, self._model, frame, placement, geometry))
 
     def clear(self, values: np.ndarray, margin: float) -> bool:
         """Return whether no pair is nearer than `margin` [m] at these values of all joints of the model."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import coal
 import numpy as np
 import pytest
 
 from ros_ik_pkg.ik.collision.convex_distance import SCRATCH, hull_distance
 from ros_ik_pkg.ik.collision.cover import FEW_POINTS, cover_points
-from ros_ik_pkg.ik.contacts.coal_library import convex
+from ros_ik_pkg.ik.contacts.coal_library import coal, convex
 from ros_ik_pkg.ik.kernel.compiled import compiled
 
 HERE = np.array([1.0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0])

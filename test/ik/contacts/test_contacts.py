@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import coal
 import numpy as np
 import pytest
 
 from bench.published_robots import BAXTER, PANDA, ROBOTS, SO100, UR5, XARM7, Z1, UrdfJudge, configurations, moving_pairs
 from ros_ik_pkg.ik import ArgumentError, ModelError, Obstacle, World, load_arm
 from ros_ik_pkg.ik.collision.scene import clearances_of, contacts_of
+from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.model.transforms import rotation_from_rpy, transform
 
 COUNT = 1500

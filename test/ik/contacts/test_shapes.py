@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import coal
 import numpy as np
 import pytest
 
 from ros_ik_pkg.ik import World, load_arm
 from ros_ik_pkg.ik.contacts.bodies import load_shape
+from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.mesh_files import MOST_TRIANGLES, read_hulls
 from ros_ik_pkg.ik.model.collision_elements import read_collisions
 from ros_ik_pkg.ik.model.dh import parse_dh

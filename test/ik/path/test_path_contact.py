@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-import coal
 import numpy as np
 import pytest
 
 from bench.published_robots import UR5, UrdfJudge, moving_pairs
 from ros_ik_pkg.ik import Obstacle, PathOptions, SolveOptions, World, load_arm, solve_path
+from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.model.transforms import transform
 
 START = np.array([0.3, -1.2, 1.5, -1.8, -1.5, 0.1])
