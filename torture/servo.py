@@ -30,6 +30,7 @@ THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPT
 BASE = np.eye(3)
 ROUNDING = 1e-9  # of a limit
 LINE = 1e-3  # m
+LINE_TIME = 12.0  # s outwards at 0.2 m/s: further than any of these arms reaches
 UR5_START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
 TILT = (1, 1, 1, 1, 1, 0)  # the rows that five joints can follow
 KINDS = ('push', 'shake', 'near', 'anywhere', 'pause', 'silence', 'deaf', 'options', 'start')
@@ -162,10 +163,10 @@ class Wild:
 
 
 def _line(name: str, arm: Arm, start: np.ndarray, options: SolveOptions) -> Check:
-    """Drive the tip outwards until the arm halts, and back; see how far it leaves its line."""
+    """Drive the tip outwards beyond the reach, and back; see how far it leaves its line, and why it halts."""
     servo, now, last, tips = Servo(arm, options, SETTINGS, THRESHOLDS, 1.0, start), 0.0, '', []
     for sign in (1.0, -1.0):
-        for k in range(round(6.0 * RATE)):
+        for k in range(round(LINE_TIME * RATE)):
             if k % PER_COMMAND == 0:
                 servo.twist(TwistCommand(sign * np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0]), BASE), now)
             now += PERIOD

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -33,15 +34,16 @@ class ServoClient(Client):
         self.mute = False  # the robot sends no joint states
         self.trajectories, self.positions, self.servo = [], [], []
         super().__init__(node, name)
+        # Deep enough that no command is lost while this process gets no processor: the judge takes each for a period.
+        self._subscribe(replace(topics.SOLUTION, depth=1000), self._on_command)
         self._subscribe(topics.JOINT_TRAJECTORY, self.trajectories.append)
         self._subscribe(topics.POSITION_COMMANDS, self.positions.append)
         self._subscribe(topics.SERVO_STATUS, lambda message: self.servo.append(message.status[0]))
         self._twists = self._publisher(topics.TARGET_TWIST)
         self._pause = self.node.create_client(SetBool, f'{self.name}/pause')
 
-    def _on_solution(self, message) -> None:
+    def _on_command(self, message) -> None:
         self.commands.append(np.array(message.position))
-        super()._on_solution(message)
 
     def twist(self, linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0), frame='', stamp=0) -> None:
         message = TwistStamped()
