@@ -91,7 +91,7 @@ targets = [beyond, *(arm.forward(arm.home + random.uniform(-0.6, 0.6, arm.n)) fo
 for target in targets:
     for options in (SolveOptions(), SolveOptions(method='sdls', null_space='posture')):
         numbers += solve(arm, target, options=options).q.tobytes()
-        numbers += solve(arm, target, options=options, trace=True).trace.q.tobytes()
+        numbers += solve(arm, target, options=options, trace=True).trace.joint_positions.tobytes()
 numbers += solve_batch(arm, targets).q.tobytes()
 print(WHY_PLAIN)
 print(numbers.hex())
@@ -197,7 +197,7 @@ arm = load_arm('ur5')
 print(compilation.complete, solve(arm, arm.forward(arm.home + 0.1)).converged)
 while not compilation.complete:
     time.sleep(0.1)
-print(len(solve(arm, arm.forward(arm.home + 0.1), trace=True).trace.q) > 1)
+print(len(solve(arm, arm.forward(arm.home + 0.1), trace=True).trace.joint_positions) > 1)
 compilation.close()
 """
     assert run(program, NUMBA_CACHE_DIR=str(tmp_path)) == 'False True\nTrue'
