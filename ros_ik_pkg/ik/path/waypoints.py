@@ -36,7 +36,7 @@ def read_poses(poses: Any) -> np.ndarray:
     if len(array) < 2:
         raise ArgumentError(f'the path has {len(array)} pose; expected 2 or more')
     rotations = array[:, :3, :3]
-    finite = np.isfinite(array).all(axis=(1, 2))
+    finite = np.asarray(np.isfinite(array).all(axis=(1, 2)))  # NumPy before 2.5 types it as one bool or an array
     with np.errstate(invalid='ignore', over='ignore'):
         skew = np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
         good = finite & (skew < ROTATION_TOLERANCE) & (array[:, 3] == (0.0, 0.0, 0.0, 1.0)).all(axis=1)
