@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -76,7 +75,7 @@ class World:
 
     floor: float | None = None
     obstacles: tuple[Obstacle, ...] = ()
-    positions: Mapping[str, float] = MappingProxyType({})
+    positions: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.floor is not None and not math.isfinite(self.floor):
