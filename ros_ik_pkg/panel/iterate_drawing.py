@@ -27,12 +27,16 @@ ELLIPSOID_COLOUR = (120, 150, 190)
 
 
 class IterateDrawing:
-    """Nodes below one frame that is hidden until an iterate is shown."""
+    """Nodes below one frame that exist only while an iterate is shown: hidden ones cost each frame of the page, too."""
 
     def __init__(self, scene: viser.SceneApi, arm: Arm, colour_of: Callable[[str], tuple[int, int, int]]) -> None:
         self._scene, self._arm, self._colour_of = scene, arm, colour_of
         self._size = size_of(arm)
-        self._root = scene.add_frame('/iterate', show_axes=False, visible=False)
+        self._root: viser.FrameHandle | None = None
+
+    def _add(self) -> None:
+        scene, arm = self._scene, self._arm
+        self._root = scene.add_frame('/iterate', show_axes=False)
         nothing = np.zeros((1, 2, 3))
         size = {'shaft_radius': SHAFT * self._size, 'head_radius': HEAD * self._size}
         self.linear = scene.add_arrows(
@@ -57,10 +61,14 @@ class IterateDrawing:
 
     def hide(self) -> None:
         """Show nothing."""
-        self._root.visible = False
+        if self._root is not None:
+            self._root.remove()
+            self._root = None
 
     def show(self, iterate: Iterate, method: str, positions: np.ndarray) -> None:
         """Show an iterate of a descent with these joint positions (k, n)."""
+        if self._root is None:
+            self._add()
         tip = iterate.base_from_tip[:3, 3]
         colours = np.array([rgb(joint_colour(i)) for i in range(self._arm.n)])
         linear, angular = iterate.jacobian[:3].T, iterate.jacobian[3:].T
@@ -78,7 +86,6 @@ class IterateDrawing:
             label.position = tip + 1.08 * scale * column
         if positions is not self._shadows_of:
             self._show_others(positions)
-        self._root.visible = True
 
     def _set(self, arrows: viser.ArrowsHandle, start: np.ndarray, vectors: np.ndarray, colours: np.ndarray) -> None:
         """Draw vectors (k, 3) from one point; those without length are left out."""
