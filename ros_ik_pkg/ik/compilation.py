@@ -175,13 +175,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--low-priority', action='store_true', help='only while nothing else needs a processor')
     given = parser.parse_args(arguments)
     say: Report = (lambda text: None) if given.quiet else print
-    if given.low_priority:
-        os.nice(LOW_PRIORITY)
     if CACHE_FOLDER is None:
         say('nothing can be written to NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')
         return 1
     with (CACHE_FOLDER / 'lock').open('w') as lock:  # of two at once the second finds what the first compiled
         fcntl.flock(lock, fcntl.LOCK_EX)
+        if given.low_priority:
+            compile_small()  # what the node needs beside the usual solve, which it compiles meanwhile
+            os.nice(LOW_PRIORITY)
         seconds = warm_up(say)
         prepare(solve_usual)
     say(f'compiled in {seconds:.0f} s, kept in {CACHE_FOLDER}')

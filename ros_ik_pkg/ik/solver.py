@@ -44,7 +44,10 @@ POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
 GRAZING = 1e-4  # [m] by which coal must find clear what the bound does not
-STILL_COMPILING = 'the solver is still being compiled: so far without null_space, max_joint_jump and velocity_limiting'
+STILL_COMPILING = (
+    'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting and a search for '
+    'solutions clear of contact'
+)
 
 one_target = solve_one  # or solve_usual, until that is compiled
 
@@ -109,7 +112,7 @@ def solve(
     room, model = None, arm.packed
     if options.avoid_collisions and arm.shaped:
         room = arm.contacts.room(world)
-        model = room.behind(model)
+        model = arm.packed if one_target is solve_usual else room.behind(model)
     if trace or reference is not None or options.choice == 'all':
         return _solve_at_length(arm, target, seed, options, reference, trace, room, model)
     row = empty(arm.n + WIDTH)
@@ -122,8 +125,11 @@ def solve(
         if row[STATUS - WIDTH] == NOT_COMPILED:
             raise NotCompiledError(STILL_COMPILING)
         raise _argument_error(arm, options, target, seed, seed)
-    if room is not None and row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
-        return _solve_at_length(arm, target, seed, options, None, False, room, model)
+    if room is not None:
+        if one_target is solve_usual:
+            _refuse_contact(row[: arm.n], options, room)
+        elif row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
+            return _solve_at_length(arm, target, seed, options, None, False, room, model)
     return Solution(row, None, None, room)
 
 
@@ -131,6 +137,12 @@ def use_usual(usual: bool) -> None:
     """Let `solve` answer with what `solve_usual` can do, or with all of it."""
     global one_target
     one_target = solve_usual if usual else solve_one
+
+
+def _refuse_contact(q: np.ndarray, options: SolveOptions, room: Room) -> None:
+    """Raise NotCompiledError unless coal finds q (n,) clear: the usual solve does not look at contact."""
+    if not room.is_clear(q, options.collision_margin + GRAZING, options.collision_geometry == 'mesh'):
+        raise NotCompiledError(STILL_COMPILING)
 
 
 def _solve_at_length(

@@ -13,11 +13,17 @@ import numpy as np
 import pytest
 from numerics import get_arm, reachable_poses
 
-from ros_ik_pkg.ik import METHODS, NotCompiledError, SolveOptions, compilation, solve
+from ros_ik_pkg.ik import METHODS, NotCompiledError, SolveOptions, compilation, load_arm, solve
 from ros_ik_pkg.ik.kernel import compiled
 from ros_ik_pkg.ik.solver import use_usual
 
 ROOT = Path(__file__).resolve().parents[2]
+BEAM = '<collision><origin xyz="0.5 0 0"/><geometry><box size="0.8 0.2 0.2"/></geometry></collision>'
+FOLDING = '<robot name="folding">' + ''.join(f'<link name="l{i}">{BEAM}</link>' for i in range(4)) + ''.join(
+    f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/><origin xyz="1 0 0"/>'
+    '<axis xyz="0 0 1"/><limit lower="-3.1" upper="3.1" effort="1" velocity="1"/></joint>'
+    for i in range(3)
+) + '</robot>'
 
 
 @pytest.fixture
@@ -55,6 +61,22 @@ def test_what_is_not_compiled_yet_is_refused_and_not_waited_for(usual):
     ):  # fmt: skip
         with pytest.raises(NotCompiledError, match='still being compiled'):
             solve(arm, **({'target': target} | change))
+
+
+def test_the_usual_solve_of_an_arm_with_shapes_is_clear_of_contact_or_refused(usual):
+    arm = load_arm(FOLDING)
+    other = load_arm(FOLDING)  # the judge has a model of its own
+    outcomes = []
+    for q in np.random.default_rng(5).uniform(-3.1, 3.1, (60, 3)):
+        try:
+            solution = solve(arm, arm.forward(q), np.zeros(3))
+        except NotCompiledError:
+            outcomes.append(False)
+            continue
+        if solution.converged:
+            outcomes.append(True)
+            assert other.contacts.is_clear(solution.q)
+    assert 5 < sum(outcomes) < len(outcomes) - 5
 
 
 def run(program: str, **environment: str) -> str:
@@ -145,6 +167,7 @@ def test_an_unknown_numba_is_tried_out_and_what_lacks_a_part_is_used_plainly(cha
 def test_an_odd_numba_is_reported(monkeypatch):
     said = []
     monkeypatch.setattr(compilation, 'WHY_PLAIN', 'Numba 0.99 lacks something')
+    monkeypatch.setattr(compilation, 'all_cached', lambda: True)  # else it may also say that it compiles
     compilation.warm_up(said.append)
     assert said == ['Numba 0.99 lacks something: plain Numba is used, which is slower']
 

@@ -32,8 +32,13 @@ def obstruction_size(model):
 
 
 @inlined
-def make_obstruction(model, memory, touching):
-    """Cut an Obstruction from a block of memory, which writes to `touching` if that has rows; for kernels only."""
+def make_obstruction(model, memory, touching, rows):
+    """Cut an Obstruction from a block of memory, which writes to `touching` if that has rows; for kernels only.
+
+    None if `rows` is None, as in solve_usual: then nothing of contact is compiled.
+    """
+    if rows is None:
+        return None
     n, start = int(model[0]), packed_size(model)
     scene = shaped(model, start, (len(model) - start,))
     a = scene_memory(scene)
@@ -47,6 +52,8 @@ def make_obstruction(model, memory, touching):
 @inlined
 def touches(obstruction, margin, q):
     """Return whether q is not for certain clear of contact by more than `margin` [m]."""
+    if obstruction is None:
+        return False
     return len(obstruction.scene) > 0 and in_contact(obstruction.scene, obstruction.memory, margin, q)
 
 

@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 import llvmlite
 import numba
 
+from ros_ik_pkg.ik.kernel.garbage import collect_less
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 
 PACKAGE = 'ros_ik_pkg'
@@ -88,6 +89,7 @@ def digest_of_sources(paths: Iterable[Path]) -> str:
 CACHE_FOLDER = cache_folder()
 NOT_SAVED: list[str] = []  # why compiled code could not be saved
 translated: list[str] = []  # names of the parts that were compiled so far
+collect_less()
 
 
 def _njit(function: Callable[..., Any], **options: Any) -> Any:

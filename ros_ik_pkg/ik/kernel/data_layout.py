@@ -73,7 +73,7 @@ class Preferences(NamedTuple):
     reference: np.ndarray  # (n,) from which distances, jumps and whole turns are measured [rad, m]
     joint_weights: np.ndarray  # (n,), or (0,) if the option is unset
     posture: np.ndarray  # (n,) [rad, m]
-    obstruction: NamedTuple  # see collision/obstruction.py
+    obstruction: NamedTuple | None  # see collision/obstruction.py; None where contact is left out
 
 
 class Solutions(NamedTuple):

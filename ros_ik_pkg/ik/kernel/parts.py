@@ -10,10 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import NoPythonBackend
+
+
+def unliteral(argument: Any) -> Any:
+    """Return int64 for the type of an integer constant, and any other type as it is."""
+    return argument.literal_type if isinstance(argument, types.IntegerLiteral) else argument
 
 
 class PartLibrary(JITCodeLibrary):
@@ -70,5 +76,13 @@ def make_part(dispatcher: Any, for_python: Callable[..., Any], names: list[str])
         dispatcher.overloads[tuple(result.signature.args)] = result
         names.append(dispatcher.__name__)
 
+    usual_template = dispatcher.get_call_template
+
+    def template(arguments: Any, named: Any) -> Any:
+        """Compile for int64, not once for each integer constant that is passed: LLVM inlines the constant anyway."""
+        values = {name: unliteral(value) for name, value in named.items()}
+        return usual_template(tuple(map(unliteral, arguments)), values)
+
     dispatcher.add_overload = keep
+    dispatcher.get_call_template = template
     dispatcher._compile_for_args = lambda *_, **__: for_python  # Numba asks it what to call

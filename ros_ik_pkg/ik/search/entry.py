@@ -19,6 +19,7 @@ from ros_ik_pkg.ik.kernel.data_layout import (
     Solutions,
     buffer_size,
     make_records,
+    packed_size,
     tuning_of,
     unpack_model,
 )
@@ -26,6 +27,7 @@ from ros_ik_pkg.ik.kernel.linalg import ROWS, assign, fill
 from ros_ik_pkg.ik.kernel.numba_insides import on_stack, shaped, small_loops
 from ros_ik_pkg.ik.kinematics.task import look, make_task
 from ros_ik_pkg.ik.search.search import search
+from ros_ik_pkg.ik.search.solutions import forget_touching
 from ros_ik_pkg.ik.solution import FIGURES
 from ros_ik_pkg.ik.step.limits import bring_inside, limits_mask
 
@@ -61,8 +63,8 @@ ONE_TARGET = (
 def solve_usual(model, numbers, target, seed, row):
     """Do what `solve_one` does for most targets, compiled in two thirds of its time; used until that is there.
 
-    The status is NOT_COMPILED if an objective for the null space is asked for; the smallest singular value of a failure
-    is NaN.
+    The status is NOT_COMPILED if an objective for the null space is asked for or if a scene is behind the model; the
+    smallest singular value of a failure is NaN.
     """
     return _solve_one(model, numbers, target, seed, row, None)
 
@@ -127,7 +129,7 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
     c = b + obstruction_size(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (a - 3,))
     scores, ranks = shaped(memory, a, (b - a,)).view(np.float32), shaped(memory, c, (len(memory) - c,))
-    obstruction = make_obstruction(model, shaped(memory, b, (c - b,)), touching)
+    obstruction = make_obstruction(model, shaped(memory, b, (c - b,)), touching, rows)
     integers[2] = 0
     work, recorder, one = make_records(model, buffer, scores, integers, rows)
     kept = answers if len(answers) > 0 else one
@@ -147,13 +149,13 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
         row[STATUS] = NOT_AN_ARGUMENT
         if not (fits and is_pose(T) and finite(seed) and finite(reference)):
             continue
-        if rows is None and int(tuning.null_space) != NONE:
+        if rows is None and (int(tuning.null_space) != NONE or len(model) > packed_size(model)):
             row[STATUS] = NOT_COMPILED
             continue
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
         fill(ranks, math.inf)
-        fill(obstruction.ranks, math.inf)
+        forget_touching(obstruction)
         task = make_task(T, weights, tolerances, tuning.task_frame)
         assign(work.weights, weights)
         preferences = Preferences(reference, joint_weights, posture if given > 0 else reference, obstruction)

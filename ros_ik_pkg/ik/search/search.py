@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, BEYOND_TOLERANCE, TOUCHING, judge
 from ros_ik_pkg.ik.descent.closest_approach import approach
 from ros_ik_pkg.ik.descent.descent import CONVERGED, DEADLINE, DIVERGED, OSCILLATING, PAUSED, STALLED, descend
@@ -22,7 +20,14 @@ from ros_ik_pkg.ik.kernel.compiled import inlined
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kinematics.task import look_at_error, tolerated_norm, with_slack, within_tolerances
 from ros_ik_pkg.ik.search.reach import out_of_reach
-from ros_ik_pkg.ik.search.solutions import NOT_ACCEPTED, count_accepted, keep_solution, rank_solution
+from ros_ik_pkg.ik.search.solutions import (
+    NOT_ACCEPTED,
+    count_accepted,
+    keep_solution,
+    keep_touching,
+    rank_solution,
+    take_touching,
+)
 from ros_ik_pkg.ik.search.starts import distance_of, nearest_start, next_start, score_starts
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.step.limits import clip, unwrap
@@ -104,7 +109,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             pause = LOOK if attempts == 0 and taken == 0 and plan.may_leave_seed else -1
             status, taken, position_error, orientation_error, norm, nearest = descend(
                 geometry, task, tuning, cap, patience, progress, plan.stop_time,
-                np.int64(attempts), np.int64(taken), pause, work, recorder,  # as literals they would compile it twice
+                attempts, taken, pause, work, recorder,
             )  # fmt: skip
             if status == PAUSED:
                 score_starts(starts, task, scale, work.scores)
@@ -132,7 +137,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
                 assign(work.best, work.q)
             elif verdict == TOUCHING:
                 rank, known = rank_solution(work.q, ACCEPTED, preferences), touching
-                touching = keep_solution(geometry, work.q, rank, preferences.obstruction, touching)
+                touching = keep_touching(geometry, work.q, rank, preferences.obstruction, touching)
                 last_closer = attempts if touching > known else last_closer
             else:
                 before, rank = solutions.ranks[0], rank_solution(work.q, verdict, preferences)
@@ -177,16 +182,16 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
         if verdict == TOUCHING:
             rank = rank_solution(work.q, ACCEPTED, preferences)
-            touching = keep_solution(geometry, work.q, rank, preferences.obstruction, 0)
+            touching = keep_touching(geometry, work.q, rank, preferences.obstruction, touching)
         elif verdict != BEYOND_TOLERANCE:
-            found = keep_solution(geometry, work.q, rank_solution(work.q, verdict, preferences), solutions, 0)
+            found = keep_solution(geometry, work.q, rank_solution(work.q, verdict, preferences), solutions, found)
         else:
             status_of_best = DEADLINE if late else UNREACHABLE if plan.hopeless else status_of_best
     if found > 0 and (solutions.ranks[0] < NOT_ACCEPTED or touching == 0):
         assign(work.q, solutions.rows[0])
         status_of_best = CONVERGED if solutions.ranks[0] < NOT_ACCEPTED else JOINT_JUMP
     elif touching > 0:
-        assign(work.q, preferences.obstruction.rows[0])
+        take_touching(preferences.obstruction, work.q)
         status_of_best = COLLISION
     position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
     return (

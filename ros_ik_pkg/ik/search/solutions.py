@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.descent.acceptance import ACCEPTED
-from ros_ik_pkg.ik.kernel.compiled import kernel
-from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.linalg import assign, fill
 from ros_ik_pkg.ik.step.limits import TURN
 
 SAME_SOLUTION = 1e-2  # rad or m between two solutions that count as one
@@ -44,6 +44,28 @@ def keep_solution(geometry, q, rank, solutions, found):
     assign(rows[k], q)
     ranks[k] = rank
     return found + 1
+
+
+@inlined
+def keep_touching(geometry, q, rank, obstruction, found):
+    """Insert q among the configurations that touch, if they are kept at all; return how many there are now."""
+    if obstruction is None:
+        return found
+    return keep_solution(geometry, q, rank, obstruction, found)
+
+
+@inlined
+def forget_touching(obstruction):
+    """Begin without configurations that touch."""
+    if obstruction is not None:
+        fill(obstruction.ranks, math.inf)
+
+
+@inlined
+def take_touching(obstruction, q):
+    """Write the nearest configuration that touches to q."""
+    if obstruction is not None:
+        assign(q, obstruction.rows[0])
 
 
 @kernel

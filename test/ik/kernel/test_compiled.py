@@ -18,6 +18,8 @@ from numerics import get_arm
 import ros_ik_pkg
 from ros_ik_pkg.ik import CHOICES, METHODS, SolveOptions, load_arm, solve, solve_batch
 from ros_ik_pkg.ik.kernel import compiled
+from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range
 
@@ -194,3 +196,12 @@ def test_where_the_disk_fills_while_compiling_the_code_lives_in_memory(tmp_path)
     )
     sine, kept, failures = in_a_new_process(program, NUMBA_CACHE_DIR=str(tmp_path)).split()
     assert float(sine) == pytest.approx(np.sin(0.5)) and kept == 'True' and int(failures) > 0
+
+
+@pytest.mark.skipif(bool(WHY_PLAIN), reason='plain Numba compiles once for each constant')
+def test_integer_constants_share_one_version_of_a_part():
+    part = kernel(lambda values, k: values[k])
+    first, second = np.arange(3.0), np.int64(2)
+    whole = numba.njit(lambda values, k: part(values, 0) + part(values, 1) + part(values, k))
+    assert whole(first, second) == 3.0
+    assert len(part.overloads) == 1
