@@ -38,6 +38,7 @@ setup(
             f'send_path = {NAME}.tools.send_path:main',
             f'teleop = {NAME}.tools.teleop:main',
             f'set_param = {NAME}.tools.set_param:main',
+            f'reach = {NAME}.tools.reach:main',
             f'compare = {NAME}.compare.command:main',
             f'panel = {NAME}.panel.panel_node:main',
         ]

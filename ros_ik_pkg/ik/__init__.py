@@ -9,6 +9,8 @@ from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
 from ros_ik_pkg.ik.path.path_options import PATH_OPTIONS, PathOptions
 from ros_ik_pkg.ik.path.path_solution import BreakReason, PathBreak, PathSolution
 from ros_ik_pkg.ik.path.solve_path import solve_path
+from ros_ik_pkg.ik.reachability.placement import Placement, rank_placements
+from ros_ik_pkg.ik.reachability.reach_map import ReachMap, load_reach_map, reach_map
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
 from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch
 from ros_ik_pkg.ik.world import Obstacle, World
@@ -33,12 +35,17 @@ __all__ = [
     'PathBreak',
     'PathOptions',
     'PathSolution',
+    'Placement',
+    'ReachMap',
     'Solution',
     'SolveOptions',
     'Status',
     'Trace',
     'World',
     'load_arm',
+    'load_reach_map',
+    'rank_placements',
+    'reach_map',
     'robot_names',
     'solve',
     'solve_batch',

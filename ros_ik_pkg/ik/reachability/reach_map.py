@@ -1,0 +1,268 @@
+"""The reach map of an arm: for each cell of poses, whether a configuration reaches it, and one that does.
+
+Random configurations fill most cells; then the surroundings of the configurations at the border of what is filled are
+tried, round by round, for the thin cells that random ones miss (docs/reach.md has the figures).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ros_ik_pkg.ik.arm import Arm
+from ros_ik_pkg.ik.exceptions import ArgumentError
+from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.reachability.cells import FACES, rotation_centres, rotation_neighbours
+from ros_ik_pkg.ik.reachability.sampling import UNKNOWN, look_at, mark_near, mark_samples, samples
+from ros_ik_pkg.ik.search.reach import make_reach
+from ros_ik_pkg.ik.search.starts import sampling_range
+from ros_ik_pkg.ik.world import World
+
+ACROSS = 21  # cells along each axis by default
+MOST_CELLS = 50_000_000
+CHUNKS = 8  # of the work: the same for any number of threads, so that the map is the same too
+SPREADS = (0.3, 0.6)  # [rad, m] in turns, around the configurations at the border
+TRIES = 30  # around each of them, in each round
+Progress = Callable[[int], object]
+
+
+@dataclass(frozen=True)
+class ReachMap:
+    """What an arm can reach. A cell is reached if one configuration within the limits, clear of contact where that
+    counts, has its tip's pose in it; a cell that is not reached may still hold a few reachable poses."""
+
+    joint_names: tuple[str, ...]
+    base_frame: str
+    corner: np.ndarray  # (3,) of the grid in the base frame [m]
+    step: float  # length of a cell's edge [m]
+    shape: tuple[int, int, int]  # cells along x, y and z
+    parts: int  # 4 parts^3 cells of rotations
+    cells: np.ndarray  # (k,) int64, ascending: the cells that are reached
+    q: np.ndarray  # (k, n) a configuration for each of them [rad, m]
+    sigma_min: np.ndarray  # (k,) smallest singular value of the Jacobian there
+
+    @property
+    def rotations(self) -> int:
+        """Number of rotation cells."""
+        return FACES * self.parts**3
+
+    @property
+    def share(self) -> np.ndarray:
+        """Share of the rotations that are reached at each position (nx, ny, nz), 0 to 1."""
+        counts = np.bincount(self.cells // self.rotations, minlength=math.prod(self.shape))
+        return counts.reshape(self.shape) / self.rotations
+
+    @property
+    def best_sigma_min(self) -> np.ndarray:
+        """The largest sigma_min at each position (nx, ny, nz); NaN where nothing is reached."""
+        best = np.full(math.prod(self.shape), -np.inf)
+        np.maximum.at(best, self.cells // self.rotations, self.sigma_min)
+        return np.where(np.isfinite(best), best, np.nan).reshape(self.shape)
+
+    def centres(self) -> np.ndarray:
+        """Return the middles (nx, ny, nz, 3) of the position cells in the base frame [m]."""
+        axes = [self.corner[axis] + self.step * (np.arange(self.shape[axis]) + 0.5) for axis in range(3)]
+        return np.stack(np.meshgrid(*axes, indexing='ij'), -1)
+
+    def configuration(self, position: ArrayLike, rotation: ArrayLike | None = None) -> np.ndarray | None:
+        """Return a configuration (n,) whose tip is in the cell of a position (3,) [m], and of a rotation (3, 3) if one
+        is given, else in the rotation with the largest sigma_min; None if the cell is not reached."""
+        place = np.floor((np.asarray(position, dtype=np.float64) - self.corner) / self.step).astype(int)
+        if (place < 0).any() or (place >= self.shape).any():
+            return None
+        cell = int(np.ravel_multi_index(tuple(place.tolist()), self.shape)) * self.rotations
+        first, last = np.searchsorted(self.cells, [cell, cell + self.rotations])
+        if rotation is not None:
+            middles = rotation_centres(self.parts).reshape(-1, 9)
+            wanted = cell + int(np.argmax(middles @ np.asarray(rotation, dtype=np.float64).reshape(9)))
+            first = int(np.searchsorted(self.cells, wanted))
+            last = first + int(first < len(self.cells) and self.cells[first] == wanted)
+        return self.q[first + np.argmax(self.sigma_min[first:last])].copy() if last > first else None
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write everything to a .npz file."""
+        np.savez_compressed(Path(path), **{name: getattr(self, name) for name in self.__dataclass_fields__})
+
+
+def load_reach_map(path: str | os.PathLike[str]) -> ReachMap:
+    """Read a .npz file that ReachMap.save wrote; raises ArgumentError if it is none."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            values: dict[str, Any] = {name: file[name] for name in ReachMap.__dataclass_fields__}
+    except (OSError, ValueError, KeyError) as error:
+        raise ArgumentError(f'{path}: no reach map ({error})') from error
+    x, y, z = values['shape'].tolist()
+    return ReachMap(
+        tuple(map(str, values['joint_names'])), str(values['base_frame']), values['corner'], float(values['step']),
+        (x, y, z), int(values['parts']), values['cells'], values['q'], values['sigma_min'],
+    )  # fmt: skip
+
+
+def reach_map(
+    arm: Arm,
+    step: float | None = None,
+    parts: int = 3,
+    box: ArrayLike | None = None,
+    samples_count: int = 10_000_000,
+    rounds: int = 8,
+    options: SolveOptions | None = None,
+    world: World | None = None,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> ReachMap:
+    """Map what an arm can reach.
+
+    Parameters
+    ----------
+    arm : Arm
+    step : float, optional
+        Edge of a position cell [m]; default: a 21st of the box's longest side.
+    parts : int
+        The rotations are cut into 4 parts^3 cells, each about 90 / parts degrees wide.
+    box : (2, 3) array, optional
+        Lowest and highest corner of the grid in the base frame [m]; default: all that the arm can reach.
+    samples_count : int
+        Random configurations.
+    rounds : int
+        Rounds at the border of what is reached.
+    options : SolveOptions, optional
+        Only `avoid_collisions` and `collision_margin` count.
+    world : World, optional
+        As in `solve`.
+    workers : int, optional
+        Threads; default: one for each core that this process may use. The map does not depend on it.
+    progress : callable, optional
+        Called with the number of steps done since the last call, of 8 (1 + rounds) in all.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is out of range, or if the arm slides without end and no box is given.
+
+    """
+    options = options or SolveOptions()
+    corner, step, shape = _grid(arm, step, box)
+    if parts < 1 or math.prod(shape) * FACES * parts**3 > MOST_CELLS:
+        raise ArgumentError(f'step = {step:.4g} m and parts = {parts} make {math.prod(shape)} positions with '
+                            f'{FACES * parts**3} rotations each; expected at most {MOST_CELLS} cells in all')
+    model = arm.packed
+    if options.avoid_collisions and arm.shaped:
+        model = arm.contacts.room(world).behind(model)
+    work = _Work(arm, model, corner, step, shape, parts, options.collision_margin, progress)
+    with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:
+        work.sample(pool, samples_count)
+        for k in range(rounds):
+            work.look_around(pool, SPREADS[k % len(SPREADS)])
+        return work.finish(pool)
+
+
+def _grid(arm: Arm, step: float | None, box: ArrayLike | None) -> tuple[np.ndarray, float, tuple[int, int, int]]:
+    """Return corner (3,), edge of a cell and shape of the grid."""
+    if box is None:
+        reach = make_reach(arm.geometry)
+        radius = float(reach.lengths[1])
+        if not math.isfinite(radius):
+            raise ArgumentError('the arm slides without end; expected a box, its lowest and highest corner [m]')
+        corners = np.array([reach.in_base - radius, reach.in_base + radius])
+    else:
+        corners = np.array(box, dtype=np.float64)
+        if corners.shape != (2, 3) or not np.isfinite(corners).all() or not (corners[1] > corners[0]).all():
+            raise ArgumentError(f'box = {corners.tolist()}; expected its lowest and its highest corner [m]')
+    sides = corners[1] - corners[0]
+    edge = float(sides.max()) / ACROSS if step is None else float(step)
+    if not (math.isfinite(edge) and edge > 0.0):
+        raise ArgumentError(f'step = {edge}; expected a length above 0 [m]')
+    x, y, z = np.maximum(np.ceil(sides / edge - 1e-9), 1).astype(int).tolist()
+    return corners[0], edge, (x, y, z)
+
+
+class _Work:
+    """A map in the making: `found` has the number of the sample that reaches a cell, `q` what the rounds found."""
+
+    def __init__(
+        self, arm: Arm, model: np.ndarray, corner: np.ndarray, step: float, shape: tuple[int, int, int], parts: int,
+        margin: float, progress: Progress | None,
+    ) -> None:  # fmt: skip
+        self._arm, self._model, self._shape, self._parts, self._margin = arm, model, shape, parts, margin
+        self._grid = (corner, step, np.array(shape), parts)
+        self._advance = progress or (lambda steps: None)
+        lower, upper = sampling_range(arm.geometry)
+        self._lower, self._spans = lower, upper - lower
+        self._rotations = FACES * parts**3
+        self._cells = math.prod(shape) * self._rotations
+        self._known = np.zeros(self._cells, np.bool_)
+        self._q = np.empty((0, arm.n))
+        self._index = np.full(self._cells, UNKNOWN, np.int64)  # rows of q by cell
+        self._sources = 0
+
+    def sample(self, pool: ThreadPoolExecutor, count: int) -> None:
+        """Fill cells with random configurations."""
+        ends = np.linspace(0, count, CHUNKS + 1).astype(np.int64)
+
+        def run(k: int) -> np.ndarray:
+            found = np.full(self._cells, UNKNOWN, np.int64)
+            mark_samples(self._model, self._lower, self._spans, *self._grid, ends[k], ends[k + 1] - ends[k],
+                         self._margin, found)  # fmt: skip
+            return found
+
+        merged = np.full(self._cells, UNKNOWN, np.int64)
+        for found in pool.map(run, range(CHUNKS)):
+            merged = np.where(merged == UNKNOWN, found, merged)
+            self._advance(1)
+        cells = np.flatnonzero(merged != UNKNOWN)
+        self._take(cells, samples(merged[cells], self._lower, self._spans))
+
+    def _take(self, cells: np.ndarray, q: np.ndarray) -> None:
+        self._index[cells] = len(self._q) + np.arange(len(cells))
+        self._q = np.concatenate([self._q, q])
+        self._known[cells] = True
+
+    def look_around(self, pool: ThreadPoolExecutor, spread: float) -> None:
+        """Try configurations around those at the border of what is reached."""
+        border = self._border()
+        sources = self._q[self._index[border]]
+        ends = np.linspace(0, len(sources), CHUNKS + 1).astype(np.int64)
+        lower, upper = self._lower, self._lower + self._spans
+
+        def run(k: int) -> np.ndarray:
+            part = sources[ends[k] : ends[k + 1]]
+            out = np.empty((min(len(part) * TRIES, self._cells) + 1, self._arm.n))
+            count = mark_near(self._model, part, lower, upper, spread, TRIES, *self._grid, self._sources + ends[k],
+                              self._margin, self._known.copy(), out)  # fmt: skip
+            return out[:count]
+
+        for q in pool.map(run, range(CHUNKS)):
+            cells, _ = look_at(self._model, q, *self._grid)
+            new = ~self._known[cells]
+            self._take(cells[new], q[new])
+            self._advance(1)
+        self._sources += len(sources)
+
+    def _border(self) -> np.ndarray:
+        """Return the reached cells with a neighbour, in position or rotation, that is not."""
+        known = self._known.reshape(*self._shape, self._rotations)
+        inside = known[..., rotation_neighbours(self._parts)].all(axis=-1)
+        for axis in range(3):
+            behind, before = [slice(None)] * 4, [slice(None)] * 4
+            behind[axis], before[axis] = slice(1, None), slice(0, -1)
+            inside[tuple(before)] &= known[tuple(behind)]
+            inside[tuple(behind)] &= known[tuple(before)]
+        return np.flatnonzero(known & ~inside)
+
+    def finish(self, pool: ThreadPoolExecutor) -> ReachMap:
+        """Return the map."""
+        cells = np.flatnonzero(self._known)
+        q = self._q[self._index[cells]]
+        parts = np.array_split(q, CHUNKS)
+        sigmas = np.concatenate([s for _, s in pool.map(lambda rows: look_at(self._model, rows, *self._grid), parts)])
+        corner, step = self._grid[:2]
+        return ReachMap(self._arm.joint_names, self._arm.base_frame, corner, step, self._shape, self._parts, cells, q,
+                        sigmas)  # fmt: skip
