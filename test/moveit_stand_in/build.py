@@ -1,0 +1,105 @@
+"""Generates and compiles a stand-in for moveit_msgs, which has no wheels, from the field lists in interfaces.py.
+
+rosidl's own generators write the code, so the messages pass through the middleware as those of the real package do.
+Needed are the wheels of ROS, a C++ compiler and the headers of Python. To be run as a script: build.py FOLDER.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+PREFIX = Path(sys.prefix)  # of the wheels
+INCLUDES = PREFIX / 'include'
+USED = ('std_msgs', 'geometry_msgs', 'sensor_msgs', 'shape_msgs', 'trajectory_msgs', 'builtin_interfaces',
+        'service_msgs')  # fmt: skip
+PARTS = ('rosidl_generator_c', 'rosidl_typesupport_c', 'rosidl_typesupport_fastrtps_c', 'rosidl_generator_py')
+RUNTIME = ('rosidl_runtime_c', 'rosidl_typesupport_c', 'rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_fastrtps_cpp',
+           'rmw', 'rcutils', 'fastcdr')  # fmt: skip
+TYPESUPPORT = 'rosidl_typesupport_c'  # the one that rclpy asks for
+
+
+def why_not() -> str:
+    """Say why the stand-in cannot be made here; empty if it can."""
+    if not (PREFIX / 'share' / 'rosidl_generator_py').is_dir():
+        return f'no generators of rosidl in {PREFIX}'
+    return '' if shutil.which('g++') else 'no C++ compiler'
+
+
+def generate(folder: Path, package: str, interfaces: Mapping[str, str]) -> None:
+    """Write the interface files of a package, and the code that rosidl makes of them, to folder/package."""
+    from rosidl_adapter.cli import TranslateMsgToIDL, TranslateSrvToIDL
+    from rosidl_generator_c.cli import GenerateC
+    from rosidl_generator_py.cli import GeneratePython
+    from rosidl_typesupport_c.cli import GenerateCTypesupport
+    from rosidl_typesupport_fastrtps_c.cli import GenerateFastRTPSCTypesupport
+
+    share = folder / 'share' / package
+    idl: list[str] = []
+    for kind, translator in (('msg', TranslateMsgToIDL('msg2idl')), ('srv', TranslateSrvToIDL('srv2idl'))):
+        (share / kind).mkdir(parents=True, exist_ok=True)
+        files = [f'{name}.{kind}' for name in interfaces if name.startswith(f'{kind}/')]
+        for file in files:
+            (share / file).write_text(interfaces[file.removesuffix(f'.{kind}')].replace('; ', '\n') + '\n')
+        idl += translator.translate(package, [f'{share}:{file}' for file in files], [], share)
+    includes = [str(PREFIX / 'share'), str(folder / 'share')]
+    for generator in (
+        GenerateC('c'),
+        GenerateFastRTPSCTypesupport('fastrtps_c'),
+        GenerateCTypesupport('c', typesupport_implementations=['rosidl_typesupport_fastrtps_c']),
+        GeneratePython('py', typesupport_implementations=[TYPESUPPORT]),
+    ):
+        generator.generate(package, idl, includes, folder / package)
+    for description in (folder / package).glob('*/*.json'):  # the next package looks for them there
+        shutil.copy(description, share / description.parent.name)
+    (folder / package / '__init__.py').touch()
+
+
+def compile_package(folder: Path, package: str, others: list[str]) -> None:
+    """Compile the code of a package to the one module that rclpy loads; others: packages compiled before."""
+    code = folder / package
+    headers = [folder, INCLUDES, *(path for path in INCLUDES.iterdir() if path.is_dir()), sysconfig.get_path('include'),
+               np.get_include()]
+    flags = ['-O2', '-fPIC', '-w', *(f'-I{path}' for path in headers), f'-DROSIDL_GENERATOR_C_BUILDING_DLL_{package}']
+
+    def compile_one(source: Path) -> str:
+        target = source.with_suffix('.o')
+        subprocess.run(['g++' if source.suffix == '.cpp' else 'gcc', *flags, '-c', source, '-o', target], check=True)
+        return str(target)
+
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        objects = list(pool.map(compile_one, sorted(path for path in code.rglob('*') if path.suffix in ('.c', '.cpp'))))
+    libraries = [*(f'{name}__{part}' for name in USED for part in PARTS), *RUNTIME]
+    built = [str(_module(folder, other)) for other in others]
+    subprocess.run(
+        ['g++', '-shared', '-o', _module(folder, package), *objects, *built, f'-L{PREFIX / "lib"}',
+         f'-Wl,-rpath,{PREFIX / "lib"}:{folder}', *(f'-l{name}' for name in libraries)], check=True,
+    )  # fmt: skip
+
+
+def _module(folder: Path, package: str) -> Path:
+    return folder / package / f'{package}_s__{TYPESUPPORT}.so'
+
+
+def main() -> None:
+    """Make the packages in the folder of the command line."""
+    from interfaces import PACKAGES
+
+    os.environ['AMENT_PREFIX_PATH'] = str(PREFIX)
+    folder, done = Path(sys.argv[1]), []
+    for package, interfaces in PACKAGES.items():
+        generate(folder, package, interfaces)
+        compile_package(folder, package, done)
+        done.append(package)
+
+
+if __name__ == '__main__':
+    main()
