@@ -9,8 +9,8 @@ from ros_ik_pkg.ik import Arm
 
 
 def placements(arm: Arm) -> list[np.ndarray]:
-    """Return the constant transforms (4, 4) between the joints, from base to tip."""
-    return [pin.SE3(row[:9].reshape(3, 3), row[9:]).homogeneous for row in arm.placements]
+    """Return the constant transforms (4, 4) between the joints, from base to tool."""
+    return [pin.SE3(row[:9].reshape(3, 3), row[9:]).homogeneous for row in arm.geometry.placements]
 
 
 def joint_transforms(arm: Arm, q: np.ndarray) -> list[np.ndarray]:
@@ -28,7 +28,7 @@ def joint_transforms(arm: Arm, q: np.ndarray) -> list[np.ndarray]:
 
 
 def joint_origins(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Return the origins (nj + 2, 3) [m] of base, joints and tip in the base frame, at q (n,) [rad, m]."""
+    """Return the origins (nj + 2, 3) [m] of base, joints and tool in the base frame, at q (n,) [rad, m]."""
     pose, points = np.eye(4), [np.zeros(3)]
     for transform in (*joint_transforms(arm, q), placements(arm)[-1]):
         pose = pose @ transform

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
 
@@ -14,17 +14,19 @@ from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik.contacts.contacts import Contacts
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
-from ros_ik_pkg.ik.kernel.data_layout import Geometry, pack_model
+from ros_ik_pkg.ik.kernel.data_layout import Geometry, Reach, pack_model
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
 from ros_ik_pkg.ik.model.chain import make_chain
 from ros_ik_pkg.ik.model.default_tip import default_tip
 from ros_ik_pkg.ik.model.joint_limits import LIMITS, hold_joints, with_joint_limits, with_soft_limits
 from ros_ik_pkg.ik.model.pinocchio_model import build_model, frame_id, joint_id, placements_of
 from ros_ik_pkg.ik.model.sources import read_text, read_tree
+from ros_ik_pkg.ik.model.tool import read_tool
 from ros_ik_pkg.ik.model.tree import Joint, Tree
+from ros_ik_pkg.ik.search.moved_tip import moved_reach, moved_starts
 from ros_ik_pkg.ik.search.reach import make_reach
 from ros_ik_pkg.ik.search.starts import COUNT, make_starts
-from ros_ik_pkg.ik.text import list_names, to_number
+from ros_ik_pkg.ik.text import list_names, suggest
 
 DATA_LOCK = Lock()  # guards Arm._data
 
@@ -61,6 +63,10 @@ class Arm:
         What is odd about the robot's description and how it was read, and which default was chosen.
     srdf, meshes
         As `load_arm` was given them.
+    tip_from_tool : (4, 4) array
+        Pose of the tool in the tip frame [m]; the identity without one. See `with_tool`.
+    tool_frame : str
+        Name of the tool's frame; empty without a tool.
 
     """
 
@@ -86,10 +92,38 @@ class Arm:
     warnings: tuple[str, ...]
     srdf: str | os.PathLike[str] | None = None
     meshes: tuple[str | os.PathLike[str], ...] = ()
+    tip_from_tool: np.ndarray = field(default_factory=lambda: np.eye(4))
+    tool_frame: str = ''
+    _origin: Arm | None = field(default=None, init=False, repr=False)  # the arm whose tool was changed
+
+    def with_tool(self, tool: ArrayLike | pin.SE3 | None, frame: str = '') -> Arm:
+        """Return this arm with another tool: its targets, poses, errors and Jacobians are those of the tool.
+
+        It shares the model and the shapes, and takes a fraction of a millisecond.
+
+        Parameters
+        ----------
+        tool : (6,), (7,) or (4, 4) array, pinocchio.SE3 or None
+            Pose of the tool in the tip frame, whatever tool this arm has: x y z roll pitch yaw about fixed axes
+            [m, rad], x y z and a quaternion x y z w, or a matrix. None: no tool.
+        frame : str, optional
+            Name of the tool's frame, none of a link; default: `tool`, or `<tip frame>_tool` if a link is called so.
+
+        """
+        pose = read_tool(tool)
+        if not frame and not np.array_equal(pose, np.eye(4)):
+            frame = 'tool' if 'tool' not in self.frame_names else f'{self.tip_frame}_tool'
+        if frame in self.frame_names:
+            raise ArgumentError(f'tool frame {frame!r} is a link of the robot; expected a name of its own')
+        arm = replace(self, tip_from_tool=pose, tool_frame=frame)
+        object.__setattr__(arm, '_origin', self if self._origin is None else self._origin)
+        return arm
 
     @cached_property
     def contacts(self) -> Contacts:
         """What of the robot can touch; its shapes are loaded at the first use."""
+        if self._origin is not None:
+            return self._origin.contacts
         return Contacts(self.tree, self.model, self.base_frame, self.joint_names, self.home, self.lower, self.upper,
                         self.srdf, self.meshes)
 
@@ -105,15 +139,27 @@ class Arm:
 
     @cached_property
     def geometry(self) -> Geometry:
-        """The chain as the compiled code takes it."""
-        return Geometry(*(getattr(self, name) for name in Geometry._fields))
+        """The chain as the compiled code takes it; the last placement leads on to the tool."""
+        placements = self.placements.copy()
+        rotation, translation = placements[-1, :9].reshape(3, 3), placements[-1, 9:]
+        turned = rotation @ self.tip_from_tool[:3, :3]
+        placements[-1] = [*turned.ravel(), *(translation + rotation @ self.tip_from_tool[:3, 3])]
+        return Geometry(*(getattr(self, name) for name in Geometry._fields))._replace(placements=placements)
+
+    @cached_property
+    def reach(self) -> Reach:
+        """A sphere that the arm cannot leave."""
+        return make_reach(self.geometry)
 
     @cached_property
     def packed(self) -> np.ndarray:
         """The chain, its reach and where searches start, in one flat array (see `records.pack_model`)."""
-        reach = make_reach(self.geometry)
-        alone = pack_model(self.geometry, reach, np.empty((self.n + 7, 0), np.float32))
-        return pack_model(self.geometry, reach, make_starts(self.geometry, alone))
+        origin = self._origin
+        if origin is not None:
+            moved = np.linalg.solve(origin.tip_from_tool, self.tip_from_tool)
+            return pack_model(self.geometry, moved_reach(origin.reach, moved), moved_starts(origin.starts, moved))
+        alone = pack_model(self.geometry, self.reach, np.empty((self.n + 7, 0), np.float32))
+        return pack_model(self.geometry, self.reach, make_starts(self.geometry, alone))
 
     @property
     def starts(self) -> np.ndarray:
@@ -121,7 +167,7 @@ class Arm:
         return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
 
     def forward(self, q: ArrayLike) -> np.ndarray:
-        """Pose of the tip frame in the base frame, (4, 4), at q (n,) [rad, m]."""
+        """Pose of the tool, without one of the tip frame, in the base frame, (4, 4), at q (n,) [rad, m]."""
         base_from_tip = np.eye(4)
         forward_kinematics(self.packed, self._check(q), base_from_tip)
         return base_from_tip
@@ -136,7 +182,7 @@ class Arm:
         Parameters
         ----------
         frame : str
-            Name of a link.
+            Name of a link, or of the tool's frame.
         positions : mapping of str to float
             Joint positions by name [rad, m]; those between the base frame and `frame` must be there
             (for a mimic joint: its master), others are not looked at.
@@ -151,6 +197,8 @@ class Arm:
             Where the frame is unknown or positions are missing or not finite.
 
         """
+        if self.tool_frame and frame == self.tool_frame:
+            return self.base_from_frame(self.tip_frame, positions) @ self.tip_from_tool
         q = np.zeros(self.model.nq)
         for index, value in self._joint_values(frame, positions).items():
             q[index] = value
@@ -161,12 +209,33 @@ class Arm:
 
     def joints_to(self, frame: str) -> tuple[str, ...]:
         """Names of the joints whose positions place a frame in the base frame; raises as `base_from_frame`."""
+        frame = self.tip_frame if frame == self.moving_frame else frame
         return tuple(dict.fromkeys(master.name for master, _, _ in self._drives_to(frame).values()))
+
+    @property
+    def moving_frame(self) -> str:
+        """Name of the frame that reaches targets: the tool's, or the tip frame."""
+        return self.tool_frame or self.tip_frame
+
+    def same_robot(self, other: Arm | None) -> bool:
+        """Return whether another arm is this one, apart from its tool: loaded once, with the same frames."""
+        return other is not None and self.model is other.model
+
+    def frame_from_tool(self, frame: str) -> np.ndarray | None:
+        """Return the pose (4, 4) of the tool in the frame of a link (ArgumentError without one); None if they move."""
+        if frame == self.moving_frame:
+            return np.eye(4)
+        if frame not in self.frame_names:
+            raise ArgumentError(f'frame {frame!r} does not exist; {suggest(frame, self.frame_names)}')
+        link, tip = (self.model.frames[frame_id(self.tree, name)] for name in (frame, self.tip_frame))
+        if link.parentJoint != tip.parentJoint:
+            return None
+        return link.placement.actInv(tip.placement).homogeneous @ self.tip_from_tool
 
     @cached_property
     def _data(self) -> pin.Data:
         """Workspace of Pinocchio; making it anew takes milliseconds on a humanoid."""
-        return self.model.createData()
+        return self.model.createData() if self._origin is None else self._origin._data
 
     def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
         """Compute the values, by index into the model's q, of the joints between base frame and `frame`."""
@@ -259,18 +328,6 @@ def load_arm(
         return arm
     except ModelError as error:
         raise ModelError(f'robot {tree.name!r}: {error}') from error
-
-
-def parse_held(entries: Iterable[str]) -> dict[str, float | None]:
-    """Return joints to hold by name from entries 'name' (at home) or 'name:=position' [rad, m]; raises ModelError."""
-    held: dict[str, float | None] = {}
-    for entry in entries:
-        name, given, value = entry.partition(':=')
-        number = to_number(value) if given else None
-        if not name.strip() or (number is not None and np.isnan(number)):
-            raise ModelError(f'held_joints: {entry[:60]!r} is not allowed; expected NAME or NAME:=POSITION')
-        held[name.strip()] = number
-    return held
 
 
 def _make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:

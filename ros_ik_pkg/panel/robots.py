@@ -6,19 +6,20 @@ from collections.abc import Mapping
 from typing import Any
 
 from ros_ik_pkg.ik import ArgumentError, Arm, load_arm
-from ros_ik_pkg.ik.arm import parse_held
+from ros_ik_pkg.ik.model.joint_limits import parse_held
 from ros_ik_pkg.ik.model.sources import parse_xacro_args
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.input.robot_source import urdf_text
-from ros_ik_pkg.ros.interface.parameters import ARM_OPTIONS
+from ros_ik_pkg.ros.interface.parameters import ARM_OPTIONS, TOOL_OPTION
 
 SHIPPED = ('puma560', 'ur5', 'panda', 'iiwa14')
-ROBOT_PARAMETERS = tuple(option.ros_name for option in ARM_OPTIONS)
+ROBOT_OPTIONS = (*ARM_OPTIONS, TOOL_OPTION)
+ROBOT_PARAMETERS = tuple(option.ros_name for option in ROBOT_OPTIONS)
 
 
 def parameters_of(robot: str = '', robot_description: str = '') -> dict[str, Any]:
     """Return the node's parameters for a robot by name, path or URDF text, from its root to its end."""
-    defaults = {option.ros_name: option.default for option in ARM_OPTIONS}
+    defaults = {option.ros_name: option.default for option in ROBOT_OPTIONS}
     return defaults | {'robot': robot, 'robot_description': robot_description}
 
 
@@ -38,7 +39,7 @@ def load(parameters: Mapping[str, Any]) -> Arm:
         source, parameters['base_frame'] or None, parameters['tip_frame'] or None, limits=parameters['limits'],
         joint_limits=parameters['joint_limits'], held=parse_held(parameters['held_joints']),
         xacro_args=parse_xacro_args(parameters['xacro_args']),
-    )  # fmt: skip
+    ).with_tool(parameters['tool'])  # fmt: skip
 
 
 class Robots:

@@ -22,6 +22,7 @@ from ros_ik_pkg.ik.text import list_names, shorten
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, STREAM, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.handling.target_queue import TargetQueue
+from ros_ik_pkg.ros.handling.tools import Tools
 from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.robot_source import RobotSource, follows_topic
 from ros_ik_pkg.ros.input.target import UNREAD, Target
@@ -62,6 +63,7 @@ class IkNode(Node):
         self._stream: Stream | None = None
         self._said = ''  # the last about a robot that is missing or ignored
         self._health = Health()
+        self._tools = Tools(self, lambda: self._handler.arm)
         parameters = Parameters(self, self._arm_for, self._take_over)
         if CACHE_FOLDER is None:
             self.get_logger().warning('compiled code stays in memory, every start compiles: nothing can be written to '
@@ -84,6 +86,8 @@ class IkNode(Node):
         self._subscribe(topics.ROBOT_DESCRIPTION, self._on_robot_description)
         self._subscribe(topics.ROBOT_DESCRIPTION_SEMANTIC, self._on_semantic)
         self._subscribe(topics.OBSTACLES, self._on_obstacles)
+        self._subscribe(topics.TOOL, self._tools.take)
+        self._subscribe(topics.TOOL_POSE, self._tools.take)
         self._subscribe(topics.JOINT_STATES, self._on_joint_state)
         self._subscribe(topics.TARGET_TWIST, self._stream.on_twist)
         self.create_service(SetBool, topics.PAUSE, self._on_pause)
@@ -190,17 +194,20 @@ class IkNode(Node):
         arm = self._robot_source.load(settings) if arm_changes else self._handler.arm
         if arm is not None:
             _check_lengths(settings, arm, arm_changes)
+            arm = self._tools.mounted(arm, settings)
         self._handler.surroundings.read(settings)
         return arm
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Use settings and arm that were found good."""
         previous = self._handler.arm
-        arm_changed = self._handler.settings is not None and arm is not previous
+        _complete(arm)
+        new = arm is not None and not arm.same_robot(previous)
+        arm_changed = self._handler.settings is not None and (new or (arm is None) != (previous is None))
         self._handler.take_over(settings, arm)
         if self._stream is not None:
             self._stream.take_over(settings, arm)
-        if arm is not None and arm is not previous:
+        if arm is not None and new:
             contacts = arm.contacts if settings.options.avoid_collisions else None  # read before a target needs them
             for text in (*arm.warnings, *(contacts.warnings if contacts else ())):
                 self.get_logger().warning(f'robot {arm.name}: {text}')
@@ -209,7 +216,6 @@ class IkNode(Node):
             if contacts and contacts.left_out:
                 self.get_logger().info(f'links that may touch: {contacts.described()}')
         if arm_changed:
-            _complete(arm)
             self._say_what_runs()
 
     def _on_robot_description(self, message: String) -> None:
@@ -315,7 +321,7 @@ class IkNode(Node):
         self._said = ''
         target = self.resolve_topic_name(topics.TARGET_POSE.name)
         self.get_logger().info(
-            f'ready: arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.tip_frame}, method {method}, '
+            f'ready: arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.moving_frame}, method {method}, '
             f'targets on {target}'
         )
 

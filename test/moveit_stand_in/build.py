@@ -22,8 +22,8 @@ INCLUDES = PREFIX / 'include'
 USED = ('std_msgs', 'geometry_msgs', 'sensor_msgs', 'shape_msgs', 'trajectory_msgs', 'builtin_interfaces',
         'service_msgs')  # fmt: skip
 PARTS = ('rosidl_generator_c', 'rosidl_typesupport_c', 'rosidl_typesupport_fastrtps_c', 'rosidl_generator_py')
-RUNTIME = ('rosidl_runtime_c', 'rosidl_typesupport_c', 'rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_fastrtps_cpp',
-           'rmw', 'rcutils', 'fastcdr')  # fmt: skip
+RUNTIME = ('rosidl_runtime_c', 'rosidl_typesupport_c', 'rosidl_typesupport_fastrtps_c',
+           'rosidl_typesupport_fastrtps_cpp', 'rmw', 'rcutils', 'fastcdr')  # fmt: skip
 TYPESUPPORT = 'rosidl_typesupport_c'  # the one that rclpy asks for
 
 

@@ -120,7 +120,7 @@ class Room:
         self._grounded = [k for k, piece in enumerate(self._pieces)
                           if self._between(self._body_of(piece)[0], base)] if world.floor is not None else []
         self._judges: dict[bool, Judge] = {}
-        self._model: np.ndarray | None = None
+        self._model: tuple[np.ndarray, np.ndarray] | None = None  # a packed arm, and the same with the scene behind it
         self._refuse_walls()
 
     def changed(self, world: World) -> Room:
@@ -218,10 +218,11 @@ class Room:
         ))  # fmt: skip
 
     def behind(self, packed_arm: np.ndarray) -> np.ndarray:
-        """Return a packed arm, always the same, with the scene behind it, as the compiled search takes them."""
-        if self._model is None:
-            self._model = np.concatenate([packed_arm, self.packed])
-        return self._model
+        """Return a packed arm with the scene behind it, as the compiled search takes them; the last one is kept."""
+        kept = self._model  # read once: threads may ask for arms with different tools
+        if kept is None or kept[0] is not packed_arm:
+            kept = self._model = packed_arm, np.concatenate([packed_arm, self.packed])
+        return kept[1]
 
     @property
     def pairs(self) -> set[frozenset[str]]:

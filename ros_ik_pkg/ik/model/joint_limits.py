@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -188,3 +188,15 @@ def _check_keys(mapping: Mapping[Any, Any], known: tuple[str, ...], where: str) 
     for key in mapping:
         if key not in known:
             raise ModelError(f'joint_limits: {where} has the unknown key {str(key)[:60]!r}; {suggest(str(key), known)}')
+
+
+def parse_held(entries: Iterable[str]) -> dict[str, float | None]:
+    """Return joints to hold by name from entries 'name' (at home) or 'name:=position' [rad, m]; raises ModelError."""
+    held: dict[str, float | None] = {}
+    for entry in entries:
+        name, given, value = entry.partition(':=')
+        number = to_number(value) if given else None
+        if not name.strip() or (number is not None and np.isnan(number)):
+            raise ModelError(f'held_joints: {entry[:60]!r} is not allowed; expected NAME or NAME:=POSITION')
+        held[name.strip()] = number
+    return held

@@ -31,7 +31,7 @@ class Commands:
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
         """Keep to these settings and this arm from the next answer on."""
-        if arm is not self._arm:
+        if arm is None or not arm.same_robot(self._arm):
             self._change_arm(arm)
         if arm is not None:
             self._velocity_limits = settings.velocity_scale * arm.velocity_limits

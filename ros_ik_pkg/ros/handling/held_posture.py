@@ -25,7 +25,7 @@ class HeldPosture:
         """Return the settings with the posture that is held, where it is held still."""
         options = settings.options
         wanted = options.null_space == 'posture' and not options.posture
-        if not wanted or arm is not self._arm:
+        if not wanted or arm is None or not arm.same_robot(self._arm):
             self._posture = ()
         self._arm = arm
         self.awaited = wanted and not self._posture

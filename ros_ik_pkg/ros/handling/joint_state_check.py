@@ -37,7 +37,7 @@ class JointStateCheck:
     def believed(self, joint_states: JointStates, arm: Arm) -> np.ndarray:
         """Return the joint state (n,) [rad, m]; raise RefusedError if it is not known, DoubtedError if in doubt."""
         q, moments = joint_states.seed(arm.joint_names), joint_states.moments(arm.joint_names)
-        if arm is not self._arm:
+        if not arm.same_robot(self._arm):
             self._arm, self._last = arm, None
         if self._last is not None:
             self._compare(q, moments, *self._last)

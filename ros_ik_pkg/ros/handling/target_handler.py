@@ -174,7 +174,7 @@ class TargetHandler:
         frame = frame.removeprefix('/')
         if frame in ('', arm.base_frame):
             return IDENTITY, ()
-        if frame not in arm.frame_names and not self._frames.why_not:
+        if frame not in arm.frame_names and frame != arm.tool_frame and not self._frames.why_not:
             found = self._frames.base_from_frame(arm.base_frame, frame, stamp, waited)
             return found, ('frame of the target by TF',)
         return self._base_from_own_frame(arm, frame), ()

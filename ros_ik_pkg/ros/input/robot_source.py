@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ros_ik_pkg.ik import Arm, IkError, ModelError, load_arm
-from ros_ik_pkg.ik.arm import parse_held
+from ros_ik_pkg.ik.model.joint_limits import parse_held
 from ros_ik_pkg.ik.model.sources import parse_xacro_args, read_tree
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.interface.parameters import Settings

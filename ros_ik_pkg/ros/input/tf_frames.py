@@ -25,12 +25,14 @@ class TfFrames:
     """
 
     def __init__(self, node: Node) -> None:
-        self._node, self._timeout = node, 0.0
+        self._node, self._timeout = node, -1.0
         self._listening: _Listening | None = None
         self.why_not = ''  # TF is not asked; empty where it is
 
     def set_timeout(self, timeout: float) -> None:
         """Wait for transforms so long from now on [s]; 0: do not listen to them at all."""
+        if timeout == self._timeout:
+            return
         self._timeout = timeout
         if timeout == 0.0:
             self.close()

@@ -16,11 +16,13 @@ from ros_ik_pkg.ros.interface.parameters import (
     ROOM_OPTIONS,
     SEED_OPTIONS,
     STREAM_OPTIONS,
+    TOOL_OPTION,
 )
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS
 
 SECTIONS = {
     'Robot': ARM_OPTIONS,
+    'Tool': (TOOL_OPTION,),
     'Room': ROOM_OPTIONS,
     'Frames': FRAME_OPTIONS,
     'Solve': OPTIONS,

@@ -12,8 +12,19 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ros_ik_pkg.ik import METHODS, OPTIONS, PATH_OPTIONS, Arm, IkError, OptionError, PathOptions, SolveOptions
+from ros_ik_pkg.ik import (
+    METHODS,
+    OPTIONS,
+    PATH_OPTIONS,
+    ArgumentError,
+    Arm,
+    IkError,
+    OptionError,
+    PathOptions,
+    SolveOptions,
+)
 from ros_ik_pkg.ik.model.joint_limits import LIMITS
+from ros_ik_pkg.ik.model.tool import read_tool
 from ros_ik_pkg.ik.options import Option
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.interface.health_limits import HealthLimits
@@ -42,6 +53,24 @@ class ListOption(Option):
         return entry in self.allowed if self.allowed else isinstance(entry, str)
 
 
+@dataclass(frozen=True)
+class ToolOption(Option):
+    """The pose of a tool as a list of numbers."""
+
+    def check(self, value: Any) -> tuple[float, ...]:
+        """Return the numbers, or raise OptionError."""
+        numbers = super().check(value)
+        try:
+            read_tool(numbers)
+        except ArgumentError as error:
+            raise OptionError(str(error)) from error
+        return numbers
+
+    def expected(self) -> str:
+        """Say in words what values are allowed."""
+        return 'x y z roll pitch yaw [m, rad], x y z and a unit quaternion x y z w, or nothing'
+
+
 def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = (), **spec: Any) -> Option:
     kind = ListOption if isinstance(default, tuple) else Option
     return kind(name=name, ros_name=name, default=default, text=text, allowed=allowed, **spec)
@@ -63,6 +92,11 @@ ARM_OPTIONS = (
     _node_option('xacro_args', (), 'arguments of a .xacro file, each NAME:=VALUE'),
     _node_option('srdf', '', 'which links may touch: path, URI or text of an SRDF; empty: the topic '
                  'robot_description_semantic, else derived from the shapes'),
+)  # fmt: skip
+TOOL = 'tool'
+TOOL_OPTION = ToolOption(
+    TOOL, TOOL, (), 'pose of the tool in tip_frame, which targets, answers and twists speak of; the topics tool and '
+    'tool_pose set it too; empty: no tool', minimum=-1000.0, maximum=1000.0,
 )  # fmt: skip
 NO_GROUND = -1000.0
 ROOM_OPTIONS = (
@@ -114,7 +148,9 @@ HEALTH_OPTIONS = (
                   'joint states', 's'),
     _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
-NODE_OPTIONS = (*ARM_OPTIONS, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION)
+NODE_OPTIONS = (
+    *ARM_OPTIONS, TOOL_OPTION, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION,
+)  # fmt: skip
 PARAMETERS = {option.ros_name: option for option in (
     *ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *PATH_OPTIONS, *SERVO_OPTIONS, *CAUTION_OPTIONS, *HEALTH_OPTIONS,
 )}  # fmt: skip
@@ -135,6 +171,7 @@ class Settings:
     held_joints: tuple[str, ...]
     xacro_args: tuple[str, ...]
     srdf: str
+    tool: tuple[float, ...]
     ground: float
     obstacles_file: str
     check_motion: bool

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped
 from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -72,6 +72,11 @@ ROBOT_DESCRIPTION_SEMANTIC = Topic(
 OBSTACLES = Topic(
     'obstacles', MarkerArray, 'in', 'boxes, spheres and cylinders that the arm must stay clear of', depth=100
 )
+TOOL = Topic(
+    'tool', TransformStamped, 'in', 'the tool on the tip frame, its frame named by child_frame_id; sets the parameter',
+    latched=True,
+)
+TOOL_POSE = Topic('tool_pose', PoseStamped, 'in', 'the same as a pose in the tip frame', latched=True)
 CONTACTS = Topic('~/contacts', MarkerArray, 'out', 'the two nearest points of an answer, red if they touch', depth=10)
 SOLUTION = Topic(
     '~/solution', JointState, 'out', 'answers within tolerance and limits; what else, parameters must ask for', depth=10
@@ -118,6 +123,8 @@ TOPICS = (
     ROBOT_DESCRIPTION,
     ROBOT_DESCRIPTION_SEMANTIC,
     OBSTACLES,
+    TOOL,
+    TOOL_POSE,
     SOLUTION,
     JOINT_TRAJECTORY,
     POSITION_COMMANDS,

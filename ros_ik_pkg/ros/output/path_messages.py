@@ -16,7 +16,7 @@ from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.path_handler import PARTIAL, PathResult
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED
 from ros_ik_pkg.ros.input.pose import stamp_text
-from ros_ik_pkg.ros.output.statuses import key_values
+from ros_ik_pkg.ros.output.statuses import key_values, tool_text
 
 LEVELS = {
     SOLVED: DiagnosticStatus.OK, PARTIAL: DiagnosticStatus.WARN, FAILED: DiagnosticStatus.WARN,
@@ -65,6 +65,7 @@ def _figures(result: PathResult) -> dict[str, Any]:
     figures: dict[str, Any] = {
         'outcome': result.outcome,
         'status': result.status,
+        'tool': tool_text(result.job.arm if result.job else None),
         'poses': len(result.message.poses),
         'path_stamp': stamp_text(result.message.header.stamp),
     }

@@ -75,7 +75,7 @@ class Publishers:
 
         Its stamp is that of the target, or now for a target of stamp 0.
         """
-        if arm is not self._arm:
+        if not arm.same_robot(self._arm):
             self._writer, self._arm = SolutionWriter(positions_message(arm, q)), arm
         if sec == nanosec == 0:  # robot_state_publisher and RViz leave aside what is not newer than what they have
             sec, nanosec = self._clock.now().seconds_nanoseconds()

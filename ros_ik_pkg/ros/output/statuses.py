@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import pinocchio as pin
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
@@ -44,10 +45,18 @@ def _result_values(result: Result) -> dict[str, Any]:
         'status': result.status,
         **_figures(result),
         **_command_figures(result),
+        'tool': tool_text(result.arm),
         'notes': '; '.join(result.notes),
         'target_frame': shorten(result.target.frame_id),
         'target_stamp': stamp_text(result.target.stamp),
     }
+
+
+def tool_text(arm: Arm | None) -> str:
+    """Return the pose of the tool in the tip frame, x y z [m] and quaternion x y z w; empty without a tool."""
+    if arm is None or not arm.tool_frame:
+        return ''
+    return ' '.join(map(repr, pin.SE3ToXYZQUAT(pin.SE3(arm.tip_from_tool)).tolist()))
 
 
 def _figures(result: Result) -> dict[str, Any]:
@@ -116,7 +125,8 @@ def servo_message(state: State, arm: Arm | None, node_name: str) -> DiagnosticAr
                 'label': finding.code.label,
                 'share': round(min(finding.share, 1.0), 4),
                 'owner': state.owner,
-                'tip_frame': arm.tip_frame if arm else '',
+                'tip_frame': arm.moving_frame if arm else '',
+                'tool': tool_text(arm),
                 'smoothing': state.smoothing,
                 'late_periods': state.late,
                 **_motion_figures(state.motion),

@@ -70,8 +70,9 @@ class Stream:
             return None if self._servo is None else self._servo.position
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
-        """Go on with other settings or another arm; if limits or joints change, after a halt within the old ones."""
-        same = self._settings is not None and arm is self._arm and _stream_of(settings) == _stream_of(self._settings)
+        """Go on with other settings, tool or arm; if limits or joints change, after a halt within the old ones."""
+        same_robot = arm is not None and arm.same_robot(self._arm)
+        same = self._settings is not None and same_robot and _stream_of(settings) == _stream_of(self._settings)
         if not same:
             self._stop()
         if settings.servo.command_rate > 0.0:
@@ -81,7 +82,7 @@ class Stream:
                 self._last = {}
             self._settings, self._arm, self._refusal = settings, arm, ''
             if self._servo is not None:
-                self._servo.use(settings.options)
+                self._servo.use(arm, settings.options)
 
     def on_twist(self, message: TwistStamped) -> None:
         """Follow a twist."""

@@ -16,8 +16,8 @@ FASTEST = 1e3  # m/s, rad/s; no arm is meant by more
 def command_of(message: TwistStamped, arm: Arm, handler: TargetHandler, timeout: float) -> TwistCommand:
     """Return the command in a message; refuse numbers, stamps and frames that cannot be meant.
 
-    The twist is that of the tip's origin, in the axes of frame_id: the base frame if that is empty, the tip's own axes
-    as they turn, any frame of the robot, or of TF. A stamp of 0 is now.
+    The twist is that of the origin of the tool, without one of the tip, in the axes of frame_id: the base frame if that
+    is empty, the axes of tool or tip as they turn, any frame of the robot, or of TF. A stamp of 0 is now.
     """
     linear, angular = message.twist.linear, message.twist.angular
     twist = np.array([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z])
@@ -26,8 +26,10 @@ def command_of(message: TwistStamped, arm: Arm, handler: TargetHandler, timeout:
     stamp = message.header.stamp
     handler.refuse_stale(stamp.sec, stamp.nanosec, timeout, 'twist', 'command_timeout')
     frame = message.header.frame_id.removeprefix('/')
-    if frame == arm.tip_frame:
+    if frame == arm.moving_frame:
         return TwistCommand(twist)
+    if frame == arm.tip_frame:
+        return TwistCommand((twist.reshape(2, 3) @ arm.tip_from_tool[:3, :3]).ravel())
     base_from_frame, _ = handler.base_from_frame(frame, stamp, arm)
     assert base_from_frame is not None  # it waits for none
     return TwistCommand(twist, base_from_frame[:3, :3])

@@ -7,7 +7,7 @@ import pytest
 from chains import chain, pinocchio_pose
 
 from ros_ik_pkg.ik import ModelError, load_arm
-from ros_ik_pkg.ik.arm import parse_held
+from ros_ik_pkg.ik.model.joint_limits import parse_held
 
 TWO = chain(('j1', 'revolute', {'lower': -2.0, 'upper': 2.0}), ('j2', 'prismatic', {'lower': -1.0, 'upper': 3.0}))
 
