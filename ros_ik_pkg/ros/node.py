@@ -16,7 +16,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 from visualization_msgs.msg import MarkerArray
 
-from ros_ik_pkg.ik import Arm, Compilation, IkError, OptionError
+from ros_ik_pkg.ik import Arm, Compilation, IkError
 from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
 from ros_ik_pkg.ik.text import list_names, shorten
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, STREAM, Result
@@ -24,7 +24,7 @@ from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.handling.target_queue import TargetQueue
 from ros_ik_pkg.ros.handling.tools import Tools
 from ros_ik_pkg.ros.input.joint_states import JointStates
-from ros_ik_pkg.ros.input.robot_source import RobotSource, follows_topic
+from ros_ik_pkg.ros.input.robot_source import RobotSource, check_lengths, follows_topic
 from ros_ik_pkg.ros.input.target import UNREAD, Target
 from ros_ik_pkg.ros.input.target_reader import read_target
 from ros_ik_pkg.ros.input.tf_frames import TfFrames
@@ -32,6 +32,7 @@ from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.parameters import Parameters, Settings
 from ros_ik_pkg.ros.output.comparison import Comparison
 from ros_ik_pkg.ros.output.health import Health
+from ros_ik_pkg.ros.output.moveit_services import MoveItServices
 from ros_ik_pkg.ros.output.paths import Paths
 from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.output.publishers import Publishers
@@ -91,6 +92,7 @@ class IkNode(Node):
         self._subscribe(topics.JOINT_STATES, self._on_joint_state)
         self._subscribe(topics.TARGET_TWIST, self._stream.on_twist)
         self.create_service(SetBool, topics.PAUSE, self._on_pause)
+        self._moveit = MoveItServices(self, self._handler, self._say_later)
         steady_timer(self, SERVO_PERIOD, self._report_servo)
         self._subscribe(topics.TARGET_POSE, self._targets.put, raw=True)
         self._subscribe(topics.TARGET_PATH, self._paths.take)
@@ -150,11 +152,15 @@ class IkNode(Node):
                 self._follow(result)
         except Exception as error:  # the target gets its result all the same
             result = self._internal_error(result.target, error)
-        self._results.append((result, settings, time.perf_counter() - arrived))
+        self._say_later(result, time.perf_counter() - arrived)
+        return result.command is not None
+
+    def _say_later(self, result: Result, latency: float) -> None:
+        """Report a result soon, with its latency [s]."""
+        self._results.append((result, self._handler.settings, latency))
         if len(self._results) == 1:
             self._report_due = time.perf_counter() + REPORT_DELAY
             self._report_timer.start()
-        return result.command is not None
 
     def _follow(self, result: Result) -> None:
         """Make the command of an answer the goal of the stream, if that takes it."""
@@ -180,20 +186,22 @@ class IkNode(Node):
                 self.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
 
     def _report(self, result: Result, settings: Settings, latency: float) -> None:
-        self._health.count(result, latency)
         self._outputs.publish_result(result)
-        if self._compilation.complete:
-            self._comparison.submit(result, settings.compare, settings.options)
+        if not result.service:
+            self._health.count(result, latency)
+            if self._compilation.complete:
+                self._comparison.submit(result, settings.compare, settings.options)
+        what = result.service or 'target'
         if result.outcome == REFUSED:
-            self.get_logger().warning(f'target refused: {result.reason}', throttle_duration_sec=LOG_PERIOD)
+            self.get_logger().warning(f'{what} refused: {result.reason}', throttle_duration_sec=LOG_PERIOD)
         elif result.outcome != SOLVED:
-            self.get_logger().warning(f'target not solved: {result.reason}', throttle_duration_sec=LOG_PERIOD)
+            self.get_logger().warning(f'{what} not solved: {result.reason}', throttle_duration_sec=LOG_PERIOD)
 
     def _arm_for(self, settings: Settings, arm_changes: bool) -> Arm | None:
         """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
         arm = self._robot_source.load(settings) if arm_changes else self._handler.arm
         if arm is not None:
-            _check_lengths(settings, arm, arm_changes)
+            check_lengths(settings, arm, arm_changes)
             arm = self._tools.mounted(arm, settings)
         self._handler.surroundings.read(settings)
         return arm
@@ -330,15 +338,6 @@ class IkNode(Node):
         if text != self._said:
             self._said = text
             self.get_logger().warning(text)
-
-
-def _check_lengths(settings: Settings, arm: Arm, arm_changes: bool) -> None:
-    """Refuse lists that are not as long as the arm has joints; where it is the arm that changes, say the way out."""
-    try:
-        settings.options.check_lengths(arm.n)
-    except OptionError as error:
-        way_out = ': for another robot set posture and joint_weights to [] before or in the same call'
-        raise OptionError(f'robot {arm.name!r}: {error}{way_out if arm_changes else ""}') from error
 
 
 def _complete(arm: Arm | None) -> None:

@@ -48,7 +48,7 @@ class Result:
 
     `cause` is one word: the label of the solver's status, the cause of a refusal, or INTERNAL_ERROR.
     What was solved is `base_from_target` (4, 4) from `seed` (n,); what goes out to the arm is `command`. Fields are
-    None where the target did not get that far.
+    None where the target did not get that far. `service`: the one that asked; nothing is commanded for that.
     """
 
     target: Target
@@ -62,6 +62,7 @@ class Result:
     base_from_target: np.ndarray | None = None
     seed: np.ndarray | None = None
     command: Command | None = None
+    service: str = ''
 
     @property
     def room(self) -> Room | None:

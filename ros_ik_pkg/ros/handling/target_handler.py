@@ -11,7 +11,7 @@ from rclpy.clock import ROSClock
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
-from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, Solution, Status, solve
+from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, Solution, SolveOptions, Status, solve
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.commands import Commands
 from ros_ik_pkg.ros.handling.final_check import contact_of, describe, fault_of
@@ -67,11 +67,11 @@ class TargetHandler:
         try:
             return self._solve(target, trace, waited)
         except RefusedError as error:
-            return self._without_solution(target, REFUSED, error.status, str(error))
+            return self.without_solution(target, REFUSED, error.status, str(error))
         except ArgumentError as error:
-            return self._without_solution(target, REFUSED, 'argument', str(error))
+            return self.without_solution(target, REFUSED, 'argument', str(error))
         except NotCompiledError as error:
-            return self._without_solution(target, REFUSED, 'compiling', str(error))
+            return self.without_solution(target, REFUSED, 'compiling', str(error))
 
     def base_from_target(self, target: Target) -> np.ndarray:
         """Return the pose (4, 4) of a target in the base frame, without waiting for its transform.
@@ -96,12 +96,12 @@ class TargetHandler:
     def given_up(self, target: Target, status: str, why: str) -> Result:
         """Return the refusal of a target that waits for its transform, which something else has ended."""
         reason = f'{why} while this target waited for the transform of {target.frame_id!r}'
-        return self._without_solution(target, REFUSED, status, reason)
+        return self.without_solution(target, REFUSED, status, reason)
 
     def internal_error(self, target: Target, error: Exception) -> Result:
         """Return the answer to a target whose handling failed in a way that nobody foresaw."""
         reason = f'internal error {type(error).__name__}: {error}'
-        return self._without_solution(target, FAILED, INTERNAL_ERROR, reason)
+        return self.without_solution(target, FAILED, INTERNAL_ERROR, reason)
 
     def joint_states_age(self) -> float | None:
         """Return the age of the joint positions that seeds come from [s]; None where no seed needs them."""
@@ -111,7 +111,8 @@ class TargetHandler:
             return None
         return self.joint_states.age(self.arm.joint_names)
 
-    def _without_solution(self, target: Target, outcome: str, status: str, reason: str) -> Result:
+    def without_solution(self, target: Target, outcome: str, status: str, reason: str) -> Result:
+        """Return the result of a target that was not solved."""
         return Result(target, outcome, status, shorten(reason, 1000), self.settings.options.method, self.arm)
 
     def _solve(self, target: Target, trace: bool, waited: float) -> Result | None:
@@ -130,7 +131,7 @@ class TargetHandler:
         reference = self._reference(arm, seed, start)
         world, room_notes = self.surroundings.world(arm, self.settings)
         solution = solve(arm, base_from_target, seed, options, None if reference is seed else reference, trace, world)
-        outcome, status, reason = _judge(solution, base_from_target, arm, self.settings)
+        outcome, status, reason = judge(solution, base_from_target, arm, options)
         if solution.seed_clipped:
             seed_notes += ('seed outside the limits brought inside', *_degrees_note(arm, seed))
         result = Result(
@@ -248,18 +249,18 @@ def _degrees_note(arm: Arm, seed: np.ndarray) -> tuple[str, ...]:
     return (f'the seed looks like degrees; radians are expected: {names}',)
 
 
-def _judge(solution: Solution, target: np.ndarray, arm: Arm, settings: Settings) -> tuple[str, str, str]:
+def judge(solution: Solution, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[str, str, str]:
     """Return outcome, cause and reason; what the solver calls converged is looked at once more."""
     if not solution.converged:
-        return FAILED, solution.status.label, _why(solution, arm, settings)
-    if fault := fault_of(solution.q, target, arm, settings.options):
+        return FAILED, solution.status.label, _why(solution, arm, options)
+    if fault := fault_of(solution.q, target, arm, options):
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
-    if contact := contact_of(solution.q, None, solution.room, settings.options):
+    if contact := contact_of(solution.q, None, solution.room, options):
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {contact}'
     return CONVERGED
 
 
-def _why(solution: Solution, arm: Arm, settings: Settings) -> str:
+def _why(solution: Solution, arm: Arm, options: SolveOptions) -> str:
     """Say in words why there is no answer, and how near the best attempt came."""
     parts = [
         solution.status.text,
@@ -269,7 +270,7 @@ def _why(solution: Solution, arm: Arm, settings: Settings) -> str:
     if solution.status == Status.COLLISION:
         links = ' and '.join(solution.nearest_links)
         return f'{solution.status.text}; in the least bad one {links} {describe(solution.contact)}'
-    rows = np.count_nonzero(settings.options.task_weights)
+    rows = np.count_nonzero(options.task_weights)
     if arm.n < rows:
         parts.append(f'the arm has {arm.n} joints, fewer than the {rows} rows of the task: it cannot reach most poses; '
                      'set entries of task_weights to 0, or allow an error with task_tolerances')

@@ -65,7 +65,7 @@ class JointStates:
             if len(found) == len(joint_names):
                 break
             try:
-                found |= _positions(names, message, [name for name in joint_names if name not in found])
+                found |= read_positions(names, message, [name for name in joint_names if name not in found])
             except ValueError as error:
                 raise RefusedError('joint_states', f'{self._topic} has {error}') from None
         return found
@@ -114,7 +114,7 @@ class JointStates:
         return f'{self._topic} gave none of the joints: expected {shorten(missing)}; got {shorten(got)}'
 
 
-def _positions(names: Sequence[str], message: JointState, wanted: Sequence[str]) -> dict[str, float]:
+def read_positions(names: Sequence[str], message: JointState, wanted: Sequence[str]) -> dict[str, float]:
     """Return the positions that a message gives of joints `wanted`; raise ValueError if it is faulty about them."""
     places = {name: place for place, name in enumerate(names)}
     spoken_for = [name for name in wanted if name in places]

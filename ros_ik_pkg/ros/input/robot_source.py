@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ros_ik_pkg.ik import Arm, IkError, ModelError, load_arm
+from ros_ik_pkg.ik import Arm, IkError, ModelError, OptionError, load_arm
 from ros_ik_pkg.ik.model.joint_limits import parse_held
 from ros_ik_pkg.ik.model.sources import parse_xacro_args, read_tree
 from ros_ik_pkg.ik.text import shorten
@@ -101,3 +101,12 @@ def urdf_text(text: str, origin: str) -> str:
     if not text.lstrip('\ufeff \t\r\n').startswith('<'):
         raise ModelError(f'{origin} is {shorten(text, 60)!r}; expected URDF text, which starts with <')
     return text
+
+
+def check_lengths(settings: Settings, arm: Arm, arm_changes: bool) -> None:
+    """Refuse lists that are not as long as the arm has joints; where it is the arm that changes, say the way out."""
+    try:
+        settings.options.check_lengths(arm.n)
+    except OptionError as error:
+        way_out = ': for another robot set posture and joint_weights to [] before or in the same call'
+        raise OptionError(f'robot {arm.name!r}: {error}{way_out if arm_changes else ""}') from error

@@ -12,6 +12,7 @@ from ros_ik_pkg.ros.interface.parameters import (
     ARM_OPTIONS,
     COMPARE_OPTION,
     FRAME_OPTIONS,
+    GROUP_OPTION,
     HEALTH_OPTIONS,
     ROOM_OPTIONS,
     SEED_OPTIONS,
@@ -31,6 +32,7 @@ SECTIONS = {
     'Path': PATH_OPTIONS,
     'Servo': SERVO_OPTIONS,
     'Caution': CAUTION_OPTIONS,
+    'Services': (GROUP_OPTION,),
     'Comparison': (COMPARE_OPTION,),
     'Diagnostics': HEALTH_OPTIONS,
 }

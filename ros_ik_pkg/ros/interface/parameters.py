@@ -130,6 +130,9 @@ STREAM_OPTIONS = (
     _node_option('trajectory_time', 0.1, 'time to the point of ~/joint_trajectory, longer where the velocity limits '
                  'need it', unit='s', minimum=1e-3, maximum=60.0),
 )  # fmt: skip
+GROUP_OPTION = _node_option(
+    'group_name', '', 'planning group that ~/compute_ik answers for, besides the name of the arm; empty: any'
+)
 COMPARE_OPTION = _node_option(
     'compare', (), 'methods that solve every target too, for comparison', (*METHODS, 'all')
 )
@@ -149,7 +152,8 @@ HEALTH_OPTIONS = (
     _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
 )  # fmt: skip
 NODE_OPTIONS = (
-    *ARM_OPTIONS, TOOL_OPTION, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, COMPARE_OPTION,
+    *ARM_OPTIONS, TOOL_OPTION, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, GROUP_OPTION,
+    COMPARE_OPTION,
 )  # fmt: skip
 PARAMETERS = {option.ros_name: option for option in (
     *ARM_OPTIONS, *OPTIONS, *NODE_OPTIONS, *PATH_OPTIONS, *SERVO_OPTIONS, *CAUTION_OPTIONS, *HEALTH_OPTIONS,
@@ -184,6 +188,7 @@ class Settings:
     target_timeout: float
     out_of_reach: str
     trajectory_time: float
+    group_name: str
     compare: tuple[str, ...]
     path: PathOptions
     health_limits: HealthLimits

@@ -16,6 +16,8 @@ from visualization_msgs.msg import MarkerArray
 
 NODE_NAME = 'ik_node'
 PAUSE = '~/pause'  # the service, std_srvs/SetBool
+COMPUTE_IK = '~/compute_ik'  # the service, moveit_msgs/GetPositionIK
+COMPUTE_FK = '~/compute_fk'  # the service, moveit_msgs/GetPositionFK
 # What of the QoS the parameters qos_overrides.<topic>.<publisher or subscription>.<policy> set at the start.
 OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
 HEARS_ALL = {'RELIABILITY': 'best_effort', 'DURABILITY': 'volatile'}  # of a subscription

@@ -46,6 +46,7 @@ def _result_values(result: Result) -> dict[str, Any]:
         **_figures(result),
         **_command_figures(result),
         'tool': tool_text(result.arm),
+        **({'service': result.service} if result.service else {}),
         'notes': '; '.join(result.notes),
         'target_frame': shorten(result.target.frame_id),
         'target_stamp': stamp_text(result.target.stamp),

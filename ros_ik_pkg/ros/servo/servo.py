@@ -49,21 +49,21 @@ class Servo:
         clearance: Clearance | None = None,
     ) -> None:
         """start: (n,) where the joints are [rad, m]. clearance: see Caution."""
-        self.settings, self.period = settings, 1.0 / settings.command_rate
+        self.arm, self.settings, self.period = arm, settings, 1.0 / settings.command_rate
         self.limits = motion_limits(arm, settings, velocity_scale)
         self.finding, self.owner = STANDING, Owner.NOBODY
         self._thresholds, self._clearance = thresholds, clearance
         self._command, self._commanded = TwistCommand(np.zeros(6)), -math.inf
         self._place(start)
-        self.use(arm, options)
+        self.use(options)
         self._joint_states_heard = math.inf  # until the first: then its time
         self._paused = self._closing = False
         self._stopped = True  # a command takes the arm anew
         self._moved = -math.inf  # s: when the last command was in motion
 
-    def use(self, arm: Arm, options: SolveOptions) -> None:
-        """Solve with other options from now on, or for another tool of the arm; the motion goes on."""
-        self.arm = arm
+    def use(self, options: SolveOptions, arm: Arm | None = None) -> None:
+        """Solve with other options from now on, or with another tool on the arm; the motion goes on."""
+        self.arm = arm or self.arm
         caution = Caution(self.arm, self.limits, self._thresholds, self._clearance)
         self._follower = TwistFollower(
             self.arm, self.limits, options, caution, self.period, self.settings.blocked

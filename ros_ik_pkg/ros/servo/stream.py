@@ -82,7 +82,7 @@ class Stream:
                 self._last = {}
             self._settings, self._arm, self._refusal = settings, arm, ''
             if self._servo is not None:
-                self._servo.use(arm, settings.options)
+                self._servo.use(settings.options, arm)
 
     def on_twist(self, message: TwistStamped) -> None:
         """Follow a twist."""

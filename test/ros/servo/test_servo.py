@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from ros_helpers import pinocchio_pose
 
@@ -234,6 +235,18 @@ def test_a_controller_that_lags_a_little_does_not_pull_the_stream_back():
     run.twist(ALONG_Y, 0.4, joint_state=ARM.home)
     assert np.abs(run.commands[-1] - ARM.home).max() > 0.01
     run.assert_smooth()
+
+
+def test_a_tool_that_changes_in_motion_leaves_it_smooth_and_then_moves_along_the_line():
+    run, tool = Run(), pin.SE3(pin.rpy.rpyToMatrix(0.3, 0.4, -0.5), np.array([0.05, 0.0, 0.2]))
+    turn = TwistCommand(np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.2]), np.eye(3))
+    run.twist(turn, 0.5)
+    run.servo.use(SolveOptions(), ARM.with_tool(tool))
+    run.twist(turn, 0.5)
+    run.assert_smooth()
+    tips = [(pin.SE3(pinocchio_pose(ARM, q)) * tool).translation for q in (run.commands[-50], run.commands[-1])]
+    moved = (tips[1] - tips[0]) / (49 * PERIOD)
+    np.testing.assert_allclose(moved, [0.0, 0.0, 0.05], atol=1e-4)
 
 
 def test_other_options_change_the_solves_and_not_the_motion():
