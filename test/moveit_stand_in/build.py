@@ -1,11 +1,13 @@
 """Generates and compiles a stand-in for moveit_msgs, which has no wheels, from the field lists in interfaces.py.
 
 rosidl's own generators write the code, so the messages pass through the middleware as those of the real package do.
-Needed are the wheels of ROS, a C++ compiler and the headers of Python. To be run as a script: build.py FOLDER.
+Needed are the wheels of ROS, a C++ compiler and the headers of Python. `python build.py FOLDER` makes it in half a
+minute, and FOLDER belongs on PYTHONPATH then.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 import subprocess
@@ -24,14 +26,8 @@ USED = ('std_msgs', 'geometry_msgs', 'sensor_msgs', 'shape_msgs', 'trajectory_ms
 PARTS = ('rosidl_generator_c', 'rosidl_typesupport_c', 'rosidl_typesupport_fastrtps_c', 'rosidl_generator_py')
 RUNTIME = ('rosidl_runtime_c', 'rosidl_typesupport_c', 'rosidl_typesupport_fastrtps_c',
            'rosidl_typesupport_fastrtps_cpp', 'rmw', 'rcutils', 'fastcdr')  # fmt: skip
+COMPLETE = 'complete'  # a file, written last
 TYPESUPPORT = 'rosidl_typesupport_c'  # the one that rclpy asks for
-
-
-def why_not() -> str:
-    """Say why the stand-in cannot be made here; empty if it can."""
-    if not (PREFIX / 'share' / 'rosidl_generator_py').is_dir():
-        return f'no generators of rosidl in {PREFIX}'
-    return '' if shutil.which('g++') else 'no C++ compiler'
 
 
 def generate(folder: Path, package: str, interfaces: Mapping[str, str]) -> None:
@@ -90,15 +86,20 @@ def _module(folder: Path, package: str) -> Path:
 
 
 def main() -> None:
-    """Make the packages in the folder of the command line."""
+    """Make the packages in the folder of the command line, unless they are there; one process at a time."""
     from interfaces import PACKAGES
 
     os.environ['AMENT_PREFIX_PATH'] = str(PREFIX)
-    folder, done = Path(sys.argv[1]), []
-    for package, interfaces in PACKAGES.items():
-        generate(folder, package, interfaces)
-        compile_package(folder, package, done)
-        done.append(package)
+    folder, done = Path(sys.argv[1]).resolve(), []
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / 'lock').open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / COMPLETE).exists():
+            for package, interfaces in PACKAGES.items():
+                generate(folder, package, interfaces)
+                compile_package(folder, package, done)
+                done.append(package)
+            (folder / COMPLETE).touch()
 
 
 if __name__ == '__main__':
