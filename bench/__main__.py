@@ -132,8 +132,9 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         report.add('Paths: time', text, [SPEED_HEAD, *speed_rows(arguments.robots)])
     if arguments.ros:
         from bench.ros import ros_rows  # rclpy is installed only for --ros
+        from bench.services import service_rows
 
-        for title, text, table in ros_rows(arguments.robots[0]):
+        for title, text, table in (*ros_rows(arguments.robots[0]), *service_rows(arguments.robots[0])):
             report.add(title, text, table)
 
 

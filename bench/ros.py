@@ -125,7 +125,8 @@ def running(
 ) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
     """Run a node in its own process and namespace."""
     arguments = [*command, '-r', f'__ns:=/{namespace}', '--log-level', 'warn']
-    return processes.running(*arguments, cwd=ROOT, env={**os.environ, 'PYTHONPATH': str(ROOT), **environment})
+    path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get('PYTHONPATH')])])
+    return processes.running(*arguments, cwd=ROOT, env={**os.environ, 'PYTHONPATH': path, **environment})
 
 
 def _measure(name: str, sides: list[Side], spin: Callable[[float], None]) -> list[list[str]]:

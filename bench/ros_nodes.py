@@ -1,7 +1,8 @@
-"""The other nodes of the measurement over ROS: one that only echoes, one that only listens.
+"""The other nodes of the measurement over ROS: one that only echoes, one that only listens, one with an empty service.
 
     python -m bench.ros_nodes echo JOINTS --ros-args ...
     python -m bench.ros_nodes listen TOPIC [TOPIC ...] --ros-args ...
+    python -m bench.ros_nodes empty_service --ros-args ...
 """
 
 from __future__ import annotations
@@ -43,11 +44,21 @@ class Listener(Node):
                 self.create_subscription(topic.type, name, lambda message: None, topic.qos)
 
 
+class EmptyService(Node):
+    """Answers every request for joint positions with an empty response."""
+
+    def __init__(self) -> None:
+        from moveit_msgs.srv import GetPositionIK
+
+        super().__init__(topics.NODE_NAME)
+        self.create_service(GetPositionIK, topics.COMPUTE_IK, lambda request, response: response)
+
+
 def main() -> int:
     """Run the node that the first argument names."""
     role, *arguments = sys.argv[1:]
     before = arguments[: arguments.index('--ros-args')]
-    makers = {'echo': lambda: Echo(int(before[0])), 'listen': lambda: Listener(before)}
+    makers = {'echo': lambda: Echo(int(before[0])), 'listen': lambda: Listener(before), 'empty_service': EmptyService}
     return run(makers[role], StopFlag(), sys.argv)
 
 

@@ -6,6 +6,7 @@ moveit_msgs has no wheels, so where it is not installed a stand-in is made with 
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +16,17 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from geometry_msgs.msg import PoseStamped
-from ros_helpers import ROOT, TIMEOUT, Client, allow_lark, connected, joint_state, pose_of
+from ros_helpers import (
+    ROOT,
+    TIMEOUT,
+    Client,
+    allow_lark,
+    connected,
+    joint_state,
+    node_process,
+    pose_of,
+    wait_until_ready,
+)
 from visualization_msgs.msg import Marker, MarkerArray
 
 from bench.published_robots import PANDA
@@ -29,6 +40,7 @@ pytestmark = [
     allow_lark, pytest.mark.newest,
     pytest.mark.skipif(bool(moveit_helpers.why_not()), reason=moveit_helpers.why_not()),
 ]  # fmt: skip
+REAL = importlib.util.find_spec('moveit_msgs') is not None
 URDF, SRDF, _ = PANDA
 TIP = 'panda_link8'
 ARM = load_arm(URDF, tip=TIP, srdf=SRDF)
@@ -365,3 +377,17 @@ def test_every_code_is_one_of_moveits(client):
 
     assert all(isinstance(getattr(MoveItErrorCodes, name), int) for name in CODES.values())
     assert np.array_equal(IDENTITY, np.eye(4))  # nobody has written to what all targets in the base frame share
+
+
+@pytest.mark.skipif(REAL, reason='moveit_msgs is installed')
+def test_without_moveit_msgs_the_node_answers_targets_and_has_no_such_services(client, tmp_path, monkeypatch):
+    monkeypatch.setenv('PYTHONPATH', str(ROOT))
+    words = ('-r', '__ns:=/without', '-p', 'seed_source:=home')
+    with node_process(tmp_path / 'log', *words) as process, Client(client.node, '/without/ik_node') as other:
+        wait_until_ready(process, tmp_path / 'log')
+        other.connect()
+        arm = load_arm('puma560')
+        assert other.solve(pose_of(arm.forward(arm.home + 0.1)), TIMEOUT).solved
+        names = dict(client.node.get_service_names_and_types())
+        assert '/without/ik_node/pause' in names
+        assert '/without/ik_node/compute_ik' not in names

@@ -52,19 +52,19 @@ CONSTRAINTS = ('joint', 'position', 'orientation', 'visibility')
 
 
 class MoveItServices:
-    """The two services; `why_not` says why there are none.
+    """The two services.
 
     say(result, latency): reports the result of a request to ~/compute_ik when there is time [s].
     """
 
     def __init__(self, node: Node, handler: TargetHandler, say: Callable[[Result, float], None]) -> None:
         self._node, self._handler, self._say = node, handler, say
-        self._queries, self.why_not = Queries(handler), ''
+        self._queries = Queries(handler)
         try:
             from moveit_msgs.msg import MoveItErrorCodes  # not on PyPI, so a node from wheels has none
             from moveit_msgs.srv import GetPositionFK, GetPositionIK
         except ImportError as error:
-            self.why_not = str(error)
+            node.get_logger().debug(f'no {topics.COMPUTE_IK}: {error}')
             return
         self._codes = {status: getattr(MoveItErrorCodes, name) for status, name in CODES.items()}
         self._no_solution = MoveItErrorCodes.NO_IK_SOLUTION

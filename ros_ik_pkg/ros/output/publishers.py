@@ -47,6 +47,11 @@ class Publishers:
         self._arm: Arm | None = None  # of the writer
         self.reports: BackgroundWorker[Result] = BackgroundWorker(node, 'reports', self._report, REPORTS)
 
+    @property
+    def results_heard(self) -> bool:
+        """Whether anybody listens to what is published of every result."""
+        return self._result.heard or self._contacts.heard
+
     def want_trace(self) -> bool:
         """Whether anybody listens to what a trace is needed for."""
         return self._iterations.heard or self.trace.heard or self._tcp_path.heard
