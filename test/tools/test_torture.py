@@ -10,15 +10,18 @@ import threading
 import time
 from dataclasses import replace
 from random import Random
+from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from ros_helpers import CALM, CALM_ARGUMENTS, TIMEOUT, allow_lark
 
 from bench import check
+from bench.judge import Judge
 from ros_ik_pkg.ik import load_arm
 from torture import __main__ as command
-from torture import files, habitats, load, messages, network, parameters, reliability, soak, solves
+from torture import files, habitats, load, messages, network, parameters, reliability, soak, solves, tools
 from torture import peer as peer_module
 from torture.cable import CLEAR, CUT, Cable, Weather
 from torture.hostile import HOSTILE
@@ -178,6 +181,20 @@ def test_a_solution_of_a_stream_that_misses_its_target_is_noticed(peer, sender, 
     names, positions = stream.solutions[last]
     stream.solutions[last] = names, [*positions[:-1], positions[-1] + 1e-3]
     assert stream.fault_at_end(last).startswith('1 wrong, such as ')
+
+
+def test_solutions_are_for_the_tool_that_they_name_while_tools_change():
+    assert_right(tools.run(Plan(count=60)))
+
+
+def test_a_solution_for_another_tool_than_the_named_one_is_noticed():
+    q, sent = ARM.home[None], [np.array([0.0, 0.0, z, 0.0, 0.0, 0.0, 1.0]) for z in (0.1, 0.2)]
+    judge = Judge(ARM)
+    target = judge.forward(q)[0] @ pin.XYZQUATToSE3(sent[1]).homogeneous
+    for named, missed, foreign in ((sent[1], 0, 0), (sent[0], 1, 0), (sent[0] + 1e-3, 1, 1)):
+        seen = SimpleNamespace(_judge=judge, sent=sent, named=[], judged=0, missed=0, ambiguous=0, foreign=0)
+        tools.Tools._hold(seen, q[0], target, named)
+        assert (seen.missed, seen.ambiguous, seen.foreign) == (missed, 0, foreign)
 
 
 def test_a_stamp_says_who_sent_which_target_and_when():
