@@ -10,6 +10,7 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Path
 from ros_helpers import (
+    START_TIMEOUT,
     TIMEOUT,
     Client,
     allow_lark,
@@ -33,6 +34,7 @@ NEAR = 1.001e-5  # m, rad; the default tolerances
 HOME = joint_state(ARM.joint_names, ARM.home)
 TOOL = pin.SE3(pin.rpy.rpyToMatrix(0.5, -0.2, 1.0), np.array([0.02, 0.01, 0.15]))
 CHANGES = 50.0  # Hz
+ARGUMENTS = ('-p', 'robot:=panda', '-p', 'avoid_collisions:=false', '-p', 'path.deadline:=0.0')
 
 
 class ToolClient(Client):
@@ -41,9 +43,6 @@ class ToolClient(Client):
     def __init__(self, node, name: str = topics.NODE_NAME) -> None:
         super().__init__(node, name)
         self._tool, self._tool_pose = self._publisher(topics.TOOL), self._publisher(topics.TOOL_POSE)
-        self.path_results = []
-        self._subscribe(topics.PATH_RESULT, lambda message: self.path_results.append(message.status[0]))
-        self._paths = self._publisher(topics.TARGET_PATH)
 
     def send_transform(self, tool: pin.SE3, frame: str = '', child: str = '') -> None:
         self._tool.publish(transform_of(tool, frame, child))
@@ -86,7 +85,7 @@ def some_target(tool: pin.SE3, rng) -> np.ndarray:
 @pytest.fixture(scope='module')
 def client(tmp_path_factory):
     log = tmp_path_factory.mktemp('tool') / 'log'
-    with connected(ToolClient, log, '-p', 'robot:=panda', '-p', 'avoid_collisions:=false') as client:
+    with connected(ToolClient, log, *ARGUMENTS) as client:
         client.log = log
         yield client
 
@@ -173,12 +172,12 @@ def test_a_path_is_one_of_the_tool_and_its_result_names_it(client):
         pose = start.copy()
         pose[2, 3] += 0.01 * k
         path.poses.append(pose_of(pose))
-    client._paths.publish(path)
-    client.wait_for(lambda: client.path_results, 'the result of the path')
-    figures = values(client.path_results.pop())
-    assert figures['outcome'] == 'solved', figures
-    assert float(figures['start_distance']) < 1e-3
-    np.testing.assert_allclose(np.array(figures['tool'].split(), dtype=float), numbers(TOOL), atol=1e-12)
+    reply = client.solve_path(path, START_TIMEOUT)  # the first path on a machine compiles
+    assert reply.solved, reply.message
+    named = np.array(values(reply.status)['tool'].split(), dtype=float)
+    np.testing.assert_allclose(named, numbers(TOOL), atol=1e-12)
+    for point, target in ((reply.trajectory.points[0], start), (reply.trajectory.points[-1], pose)):
+        assert off(point.positions, TOOL, target) <= 2.0 * NEAR
 
 
 def test_no_answer_is_for_the_wrong_tool_while_the_tool_changes(client):
