@@ -122,7 +122,7 @@ def make_workspace(joints, n, starts=1):
         y=np.empty(6), A=np.empty((6, 6)), rhs=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)),
         sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
         near=np.empty(n), best=np.empty(n), seed=np.empty(n), null=np.empty(n), went=np.empty(n),
-        trial=np.empty((n, 6)), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
+        trial=np.empty((n, 6)), scales=np.empty(0), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
     )  # fmt: skip
 
 

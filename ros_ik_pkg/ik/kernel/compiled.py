@@ -24,7 +24,7 @@ from ros_ik_pkg.ik.kernel.garbage import collect_less
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 
 PACKAGE = 'ros_ik_pkg'
-DECORATED = re.compile(r'^@(compiled|kernel|inlined|door)\b', re.MULTILINE)
+DECORATED = re.compile(r'^@(compiled|kernel|inlined|door|variant_of)\b', re.MULTILINE)
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 
@@ -144,6 +144,25 @@ def kernel(function: Function) -> Function:
 def inlined(function: Function) -> Function:
     """Decorate a small kernel that returns tuples: inlined, so that the numbers stay in registers."""
     return _part(function, forceinline=True)
+
+
+def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
+    """Return a decorator: the function is compiled in place of `part` where an argument of it is such a named tuple.
+
+    The choice is made by the types while a caller compiles, so callers with other records do not notice.
+    """
+
+    def decorate(function: Function) -> Function:
+        compiler, usual = part._compiler, part._compiler._get_implementation
+
+        def choose(types: Any, keywords: Any) -> Any:
+            given = any(getattr(kind, 'instance_class', None) is record for kind in types)
+            return function if given else usual(types, keywords)
+
+        compiler._get_implementation = choose  # Numba asks it what to compile for arguments of these types
+        return function
+
+    return decorate
 
 
 def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
