@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from threading import Lock
@@ -245,20 +246,35 @@ def load_arm(
         Where the source cannot be found, read or used; the text says what is wrong and where.
 
     """
-    if limits not in LIMITS:
-        raise ModelError(f'limits is {limits!r}; expected one of {list_names(LIMITS)}')
     tree = read_tree(source, xacro_args)
-    try:
-        if limits == 'soft':
-            tree = with_soft_limits(tree)
-        if joint_limits:
-            tree = with_joint_limits(tree, read_text(joint_limits))
-        arm = replace(_make_arm(hold_joints(tree, held or {}), base, tip), srdf=srdf, meshes=tuple(meshes))
+    with faults_of(tree):
+        arm = replace(make_arm(limit_joints(tree, limits, joint_limits, held), base, tip), srdf=srdf,
+                      meshes=tuple(meshes))
         if srdf is not None:
             _ = arm.contacts  # so that an SRDF of another robot is refused here
         return arm
+
+
+@contextmanager
+def faults_of(tree: Tree) -> Iterator[None]:
+    """Say in a ModelError which robot it is about."""
+    try:
+        yield
     except ModelError as error:
         raise ModelError(f'robot {tree.name!r}: {error}') from error
+
+
+def limit_joints(
+    tree: Tree, limits: str, joint_limits: str | os.PathLike[str], held: Mapping[str, float | None] | None
+) -> Tree:
+    """Return the tree with the limits and the joints to hold that `load_arm` was given."""
+    if limits not in LIMITS:
+        raise ModelError(f'limits is {limits!r}; expected one of {list_names(LIMITS)}')
+    if limits == 'soft':
+        tree = with_soft_limits(tree)
+    if joint_limits:
+        tree = with_joint_limits(tree, read_text(joint_limits))
+    return hold_joints(tree, held or {})
 
 
 def parse_held(entries: Iterable[str]) -> dict[str, float | None]:
@@ -273,7 +289,7 @@ def parse_held(entries: Iterable[str]) -> dict[str, float | None]:
     return held
 
 
-def _make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
+def make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
     """Make the arm between two frames of a robot."""
     base = tree.check_link(base, 'base frame') if base else tree.root
     warnings: tuple[str, ...] = ()

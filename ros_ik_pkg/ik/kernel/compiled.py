@@ -153,14 +153,18 @@ def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
     """
 
     def decorate(function: Function) -> Function:
-        compiler, usual = part._compiler, part._compiler._get_implementation
+        variant: Any = _part(function, part.targetoptions['forceinline'])
+        usual = part.compile
 
-        def choose(types: Any, keywords: Any) -> Any:
-            given = any(getattr(kind, 'instance_class', None) is record for kind in types)
-            return function if given else usual(types, keywords)
+        def choose(types: Any) -> Any:
+            if not any(getattr(kind, 'instance_class', None) is record for kind in types):
+                return usual(types)
+            entry = variant.compile(types)
+            part.overloads[types] = variant.overloads[types]
+            return entry
 
-        compiler._get_implementation = choose  # Numba asks it what to compile for arguments of these types
-        return function
+        part.compile = choose  # Numba asks it for the code that it has not looked up yet
+        return variant
 
     return decorate
 

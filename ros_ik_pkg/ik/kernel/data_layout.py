@@ -203,7 +203,8 @@ def buffer_size(model):
 def make_records(model, buffer, scores, integers, rows, weighted):
     """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
 
-    `weighted` is how many joint weights there are, n or 0. Where `rows` is None the Recorder is too: then nothing that needs one is compiled (see entry.solve_usual).
+    `weighted` is how many joint weights there are, n or 0. Where `rows` is None the Recorder is too: then nothing that
+    needs one is compiled (see entry.solve_usual).
     To be called by kernels only, as unpack_model.
     """
     n = int(model[0])

@@ -26,21 +26,21 @@ from ros_ik_pkg.ik.search.starts import (
 )
 
 GROUP = 64  # starts with the same shared variables
-COUNT = 64 * GROUP
-BOTH = 0.0  # side of a variable that moves both tips
+MANY_STARTS = 64 * GROUP
+FEW_STARTS = 1024  # where all combine, or none
 
 
-def make_pair_starts(chains, first_model, second_model, side, group):
-    """Return (n + 14, COUNT) float32: rows of joint positions [rad, m], then the poses of both tips, 7 rows each.
+def make_pair_starts(chains, first_model, second_model, shared, count, group):
+    """Return (n + 14, count) float32: rows of joint positions [rad, m], then the poses of both tips, 7 rows each.
 
-    `chains` are the Geometry of both, `side` (n,) says which one a variable moves, and `group` starts have the same
-    shared variables.
+    `chains` are the Geometry of both, `shared` (n,) says whether a variable moves both tips, and `group` starts have
+    the same shared variables.
     """
     ranges = [sampling_range(chain) for chain in chains]
     lower, upper = np.maximum(ranges[0][0], ranges[1][0]), np.minimum(ranges[0][1], ranges[1][1])
-    shares, shared = r_sequence(COUNT, len(side)), side == BOTH
+    shares = r_sequence(count, len(shared))
     if shared.any():
-        shares[:, shared] = np.repeat(r_sequence(COUNT // group, int(shared.sum())), group, axis=0)
+        shares[:, shared] = np.repeat(r_sequence(count // group, int(shared.sum())), group, axis=0)
     q = np.ascontiguousarray(lower + (upper - lower) * shares)
     largest = np.finfo(np.float32).max
     rows = np.clip(np.hstack([q, reach_poses(first_model, q), reach_poses(second_model, q)]).T, -largest, largest)

@@ -1,6 +1,6 @@
 """What the step rules do differently for twelve rows: the dense kernels, as loops over memory.
 
-The twenty-one numbers of a triangle of six rows stay in registers (see `linalg.py`), the seventy-eight of twelve do not.
+The 21 numbers of a triangle of six rows stay in registers (see `linalg.py`), the 78 of twelve rows do not.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 
-MOST_RATIO = 30.0  # between two weights in a step: the damping would stop a joint that weighs more, even if it must move
+MOST_RATIO = 30.0  # between two weights in a step: damping would stop a joint that weighs more, even if it must move
 
 
 @kernel
