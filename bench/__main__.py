@@ -135,8 +135,8 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         text = 'solve_path with times, time that the core was busy.'
         report.add('Paths: time', text, [SPEED_HEAD, *speed_rows(arguments.robots)])
     if arguments.lifts:
-        text = ('Reachable poses from random seeds, and how far the carrier (base, rail, lift) and the arm move to poses '
-                'that the arm could reach alone [m, rad].')
+        text = ('Reachable poses from random seeds, and how far the carrier (base, rail, lift) and the arm move to '
+                'poses that the arm could reach alone [m, rad].')
         report.add('Arms on a base, rail or lift', text, [LIFT_HEAD, *lift_rows(arguments.count)])
     if arguments.tips:
         text = 'solve_tips: cold from random seeds, tracking from the answer before; judged for both tips by Pinocchio.'
