@@ -115,7 +115,7 @@ def _solve_pair(
     assign(work.second.weights, weights[1])
     assign(work.q, seed)
     figures[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
-    obstruction = make_obstruction(first, shaped(memory, a, (b - a,)), touching)
+    obstruction = make_obstruction(first, shaped(memory, a, (b - a,)), touching, touching)
     fill(ranks, math.inf)
     fill(obstruction.ranks, math.inf)
     task = make_pair_task(targets, weights[0], weights[1], tolerances, tuning.task_frame)
