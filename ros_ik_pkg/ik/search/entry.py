@@ -140,7 +140,6 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
     fits = given in (0, n) and len(joint_weights) in (0, n)
     work, recorder, one = make_records(model, buffer, scores, integers, rows, len(joint_weights) if fits else 0)
     kept = answers if len(answers) > 0 else one
-    scale_joints(joint_weights, work.scales)
     for k in range(len(out)):
         began = now(work.clock)
         q, row = shaped(out, k * (n + WIDTH), (n,)), shaped(out, k * (n + WIDTH) + n, (WIDTH,))
@@ -158,6 +157,7 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
         fill(ranks, math.inf)
         forget_touching(obstruction)
+        scale_joints(joint_weights, work.scales)
         task = make_task(T, weights, tolerances, tuning.task_frame)
         assign(work.weights, weights)
         preferences = Preferences(reference, joint_weights, posture if given > 0 else reference, obstruction)

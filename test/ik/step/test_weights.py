@@ -88,7 +88,7 @@ def test_a_heavy_lift_moves_if_it_must(choice):
         options = SolveOptions(joint_weights=(1000.0, 1.0, 1.0, 1.0), choice=choice, deadline=0.0, **PLANE)
         solution = solve(arm, far, BENT, options)
         assert_answer(arm, solution, far)
-        assert solution.q[0] == pytest.approx(rise, abs=0.02)
+        assert solution.q[0] == pytest.approx(rise, abs=0.06)  # bent by what is left of the stretched arm
 
 
 @pytest.mark.parametrize('kind', ['reachable', 'beyond'])
