@@ -94,11 +94,11 @@ KINEMATICS = """
 import numpy as np
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
-from ros_ik_pkg.ik.kernel.linalg import FIRST, SECOND, svd
+from ros_ik_pkg.ik.kernel.linalg import svd
 arm = load_arm('panda')
 U, W, sigma = np.empty((6, 6)), np.empty((6, arm.n)), np.empty(6)
 J = arm.jacobian(arm.home)
-svd(6, (FIRST, SECOND), np.ascontiguousarray(J.T), U, W, sigma)
+svd(np.ascontiguousarray(J.T), U, W, sigma)
 print(WHY_PLAIN)
 print((arm.forward(arm.home).tobytes() + J.tobytes() + sigma.tobytes()).hex())
 """

@@ -6,7 +6,7 @@ import math
 
 from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
-from ros_ik_pkg.ik.kernel.linalg import FIRST, ROWS, SECOND, assign, svd
+from ros_ik_pkg.ik.kernel.linalg import ROWS, assign, svd
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
 from ros_ik_pkg.ik.step.limits import count_at_limits
 
@@ -53,7 +53,7 @@ def singular_figures(columns, weights, scratch):
 
     m is the number of rows that the task has; m = n = 6 gives Yoshikawa's sqrt(det(J J^T)) (1985).
     """
-    svd(ROWS, (FIRST, SECOND), columns, scratch.U, scratch.W, scratch.sigma)
+    svd(columns, scratch.U, scratch.W, scratch.sigma)
     rows = 0
     for r in range(ROWS):
         rows += weights[r] > 0.0

@@ -120,7 +120,13 @@ def substitute(lower, pivots, b):
 
 
 @kernel
-def svd(rows, pairs, columns, U, W, sigma):
+def svd(columns, U, W, sigma):
+    """Do what svd_of_rows says for six rows."""
+    svd_of_rows(ROWS, (FIRST, SECOND), columns, U, W, sigma)
+
+
+@kernel
+def svd_of_rows(rows, pairs, columns, U, W, sigma):
     """Write J = U diag(sigma) V^T with U (rows, rows) by rows u_i, and W (rows, n) with rows sigma_i v_i; sigma falls.
 
     One-sided Jacobi (Hestenes 1958): rows of J are turned in pairs until they are orthogonal. Small singular

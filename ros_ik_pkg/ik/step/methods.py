@@ -10,7 +10,17 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.kernel.linalg import FIRST, ROWS, SECOND, assign, factor, gram, lower_triangle, substitute, svd
+from ros_ik_pkg.ik.kernel.linalg import (
+    FIRST,
+    ROWS,
+    SECOND,
+    assign,
+    factor,
+    gram,
+    lower_triangle,
+    substitute,
+    svd_of_rows,
+)
 from ros_ik_pkg.methods import METHODS
 
 TRANSPOSE, DLS, ADAPTIVE_DLS, SDLS = (METHODS.index(name) for name in ('transpose', 'dls', 'adaptive_dls', 'sdls'))
@@ -65,7 +75,7 @@ def rows_of(work):
 
 @inlined
 def pairs_of(work):
-    """Return the pairs of rows that `svd` makes orthogonal."""
+    """Return the pairs of rows that `svd_of_rows` makes orthogonal."""
     return FIRST, SECOND
 
 
@@ -188,7 +198,7 @@ def sdls_step(max_step, work):
     """
     columns, U, W, dq = work.columns, work.U, work.W, work.dq
     n, rows = len(dq), rows_of(work)
-    svd(rows, pairs_of(work), columns, U, W, work.sigma)
+    svd_of_rows(rows, pairs_of(work), columns, U, W, work.sigma)
     dq[:] = 0.0
     for i in range(rows):
         s = work.sigma[i]

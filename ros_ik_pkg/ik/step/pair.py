@@ -23,7 +23,7 @@ def rows_of_pair(work):
 
 @variant_of(pairs_of, PairWorkspace)
 def pairs_of_rows(work):
-    """Return the pairs of rows that `svd` makes orthogonal."""
+    """Return the pairs of rows that `svd_of_rows` makes orthogonal."""
     return FIRST, SECOND
 
 

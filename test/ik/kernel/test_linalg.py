@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numerics import SEEDS, law, random_jacobian
 
-from ros_ik_pkg.ik.kernel.linalg import FIRST, SECOND, factor, gram, lower_triangle, substitute, svd
+from ros_ik_pkg.ik.kernel.linalg import factor, gram, lower_triangle, substitute, svd
 
 EPS = np.finfo(float).eps
 
@@ -18,7 +18,7 @@ def decompose(J):
     """Return U with the singular vectors in its columns, W with sigma_i v_i in its rows, and sigma."""
     n = J.shape[1]
     U, W, sigma = np.full((6, 6), np.nan), np.full((6, n), np.nan), np.full(6, np.nan)
-    svd(6, (FIRST, SECOND), np.ascontiguousarray(J.T), U, W, sigma)
+    svd(np.ascontiguousarray(J.T), U, W, sigma)
     return U.T, W, sigma
 
 
