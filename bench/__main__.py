@@ -15,15 +15,18 @@ from tqdm import tqdm
 
 from bench.cases import KINDS
 from bench.iteration import ITERATION_HEAD, iteration_rows
+from bench.lifts import LIFT_HEAD, lift_rows
 from bench.paths import OPTIMUM_HEAD, SPEED_HEAD, optimum_rows, speed_rows
 from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
 from bench.solves import BATCH_HEAD, batch_row, run_solves
 from bench.table import markdown
+from bench.tips import TIPS_HEAD, tip_rows
 from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, load_arm, warm_up
 
 ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
+SECTIONS = ('peers', 'iteration', 'path', 'lifts', 'tips', 'ros')
 
 
 def main() -> int:
@@ -58,8 +61,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--cases', nargs='+', choices=KINDS, default=KINDS)
     parser.add_argument('--methods', nargs='+', choices=METHODS, default=METHODS)
     parser.add_argument('--set', nargs='+', type=_setting, default=[], metavar='NAME=VALUE')
-    for flag in ('--peers', '--iteration', '--ros', '--path', '--all'):
-        parser.add_argument(flag, action='store_true')
+    for flag in (*SECTIONS, 'all'):
+        parser.add_argument(f'--{flag}', action='store_true')
     parser.add_argument('--check', type=_positive, metavar='N')
     parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--collision', type=_positive, metavar='N')
@@ -77,7 +80,8 @@ def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
     except (OptionError, TypeError) as error:
         parser.error(f'--set: {error}')
     if arguments.all:
-        arguments.peers = arguments.iteration = arguments.ros = arguments.path = True
+        for flag in SECTIONS:
+            setattr(arguments, flag, True)
     if arguments.peers and not arguments.output:
         arguments.output = ROOT / 'docs' / 'benchmark.md'
     if arguments.output and not arguments.output.parent.is_dir():
@@ -116,7 +120,7 @@ def measure_collision(count: int) -> int:
 
 def measure(arguments: argparse.Namespace, report: Report) -> None:
     """Fill the report."""
-    if arguments.peers or not (arguments.iteration or arguments.ros or arguments.path):
+    if arguments.peers or not any(getattr(arguments, flag) for flag in SECTIONS):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
         rows = [batch_row(load_arm(robot), options) for robot in tqdm(arguments.robots, leave=False)]
@@ -130,6 +134,13 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         report.add('Paths: the optimum', text, [OPTIMUM_HEAD, *optimum_rows(max(1, arguments.count // 20))])
         text = 'solve_path with times, time that the core was busy.'
         report.add('Paths: time', text, [SPEED_HEAD, *speed_rows(arguments.robots)])
+    if arguments.lifts:
+        text = ('Reachable poses from random seeds, and how far the carrier (base, rail, lift) and the arm move to '
+                'poses that the arm could reach alone [m, rad].')
+        report.add('Arms on a base, rail or lift', text, [LIFT_HEAD, *lift_rows(arguments.count)])
+    if arguments.tips:
+        text = 'solve_tips: cold from random seeds, tracking from the answer before; judged for both tips by Pinocchio.'
+        report.add('Two arms of one robot', text, [TIPS_HEAD, *tip_rows(arguments.count)])
     if arguments.ros:
         from bench.ros import ros_rows  # rclpy is installed only for --ros
         from bench.services import service_rows

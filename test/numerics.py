@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from ros_ik_pkg.ik import SolveOptions, load_arm
 from ros_ik_pkg.ik.kernel.data_layout import Joints, Tuning, Workspace, blocks
+from ros_ik_pkg.ik.kernel.pair_layout import PairWorkspace
 from ros_ik_pkg.ik.step.methods import take_step
 
 SIX_ROWS = np.ones(6)
@@ -122,7 +123,7 @@ def make_workspace(joints, n, starts=1):
         y=np.empty(6), A=np.empty((6, 6)), rhs=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)),
         sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
         near=np.empty(n), best=np.empty(n), seed=np.empty(n), null=np.empty(n), went=np.empty(n),
-        trial=np.empty((n, 6)), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
+        trial=np.empty((n, 6)), scales=np.empty(0), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
     )  # fmt: skip
 
 
@@ -130,5 +131,16 @@ def step(method, J, e, weights=SIX_ROWS, **options):
     """Take one step of a method; J (6, n) and e (6,) are weighted already. Returns dq (n,) and its damping."""
     work = make_workspace(1, J.shape[1])
     work.columns[:], work.e[:], work.weights[:] = J.T, e, weights
+    damping = take_step(tuning(method=method, **options), float(np.linalg.norm(e)), work)
+    return work.dq.copy(), damping
+
+
+def pair_step(method, J, e, **options):
+    """Take one step of a method over two tips; J (12, n) and e (12,) are weighted already. Returns dq (n,), damping."""
+    n, tip = J.shape[1], make_workspace(1, J.shape[1])
+    work = PairWorkspace(
+        tip, tip, np.ascontiguousarray(J.T), e.copy(), np.ones(12), *np.empty((3, 12)), *np.empty((2, 12, 12)),
+        np.empty((12, n)), *np.empty((6, n)), np.empty(0), np.empty(1, np.float32), np.empty(2, np.int64),
+    )  # fmt: skip
     damping = take_step(tuning(method=method, **options), float(np.linalg.norm(e)), work)
     return work.dq.copy(), damping

@@ -1,6 +1,7 @@
 """Jacobian inverse kinematics without ROS: load an arm, solve poses, see every iteration."""
 
 from ros_ik_pkg.ik.arm import Arm, load_arm
+from ros_ik_pkg.ik.arm_tree import ArmTree, load_tree
 from ros_ik_pkg.ik.compilation import Compilation, warm_up
 from ros_ik_pkg.ik.contacts.judge import Contact
 from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, NotCompiledError, OptionError
@@ -13,6 +14,7 @@ from ros_ik_pkg.ik.reachability.placement import Placement, rank_placements
 from ros_ik_pkg.ik.reachability.reach_map import ReachMap, load_reach_map, reach_map
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
 from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch
+from ros_ik_pkg.ik.tip_solver import prepare_tips, solve_tips
 from ros_ik_pkg.ik.world import Obstacle, World
 
 __all__ = [
@@ -23,6 +25,7 @@ __all__ = [
     'TRACE_COLUMNS',
     'ArgumentError',
     'Arm',
+    'ArmTree',
     'BatchSolution',
     'BreakReason',
     'Compilation',
@@ -44,11 +47,14 @@ __all__ = [
     'World',
     'load_arm',
     'load_reach_map',
+    'load_tree',
+    'prepare_tips',
     'rank_placements',
     'reach_map',
     'robot_names',
     'solve',
     'solve_batch',
     'solve_path',
+    'solve_tips',
     'warm_up',
 ]  # fmt: skip

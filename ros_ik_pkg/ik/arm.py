@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
@@ -18,9 +19,9 @@ from ros_ik_pkg.ik.kernel.data_layout import Geometry, Reach, pack_model
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
 from ros_ik_pkg.ik.model.chain import make_chain
 from ros_ik_pkg.ik.model.default_tip import default_tip
-from ros_ik_pkg.ik.model.joint_limits import LIMITS, hold_joints, with_joint_limits, with_soft_limits
+from ros_ik_pkg.ik.model.joint_limits import limit_joints
 from ros_ik_pkg.ik.model.pinocchio_model import build_model, frame_id, joint_id, placements_of
-from ros_ik_pkg.ik.model.sources import read_text, read_tree
+from ros_ik_pkg.ik.model.sources import read_tree
 from ros_ik_pkg.ik.model.tool import read_tool
 from ros_ik_pkg.ik.model.tree import Joint, Tree
 from ros_ik_pkg.ik.search.moved_tip import moved_reach, moved_starts
@@ -314,23 +315,25 @@ def load_arm(
         Where the source cannot be found, read or used; the text says what is wrong and where.
 
     """
-    if limits not in LIMITS:
-        raise ModelError(f'limits is {limits!r}; expected one of {list_names(LIMITS)}')
     tree = read_tree(source, xacro_args)
-    try:
-        if limits == 'soft':
-            tree = with_soft_limits(tree)
-        if joint_limits:
-            tree = with_joint_limits(tree, read_text(joint_limits))
-        arm = replace(_make_arm(hold_joints(tree, held or {}), base, tip), srdf=srdf, meshes=tuple(meshes))
+    with faults_of(tree):
+        arm = replace(make_arm(limit_joints(tree, limits, joint_limits, held), base, tip), srdf=srdf,
+                      meshes=tuple(meshes))
         if srdf is not None:
             _ = arm.contacts  # so that an SRDF of another robot is refused here
         return arm
+
+
+@contextmanager
+def faults_of(tree: Tree) -> Iterator[None]:
+    """Say in a ModelError which robot it is about."""
+    try:
+        yield
     except ModelError as error:
         raise ModelError(f'robot {tree.name!r}: {error}') from error
 
 
-def _make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
+def make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
     """Make the arm between two frames of a robot."""
     base = tree.check_link(base, 'base frame') if base else tree.root
     warnings: tuple[str, ...] = ()

@@ -237,7 +237,8 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     )
     joint_weights: tuple[float, ...] = option(
         (),
-        "weight of each joint in the distance by which 'nearest' and 'all' rank answers; none: all 1",
+        "weight of each joint in the distance by which 'nearest' and 'all' rank answers, and by which each step is the "
+        'shortest one: a heavy joint moves only if it must; none: all 1',
         minimum=0.0,
         maximum=1e6,
     )

@@ -106,9 +106,9 @@ def solve(
     # Written out, and `is` where arrays of other libraries may have an equal type: a look at everything, or a call for
     # each, would take a tenth of the time of a solve.
     if type(target) is not ndarray or target.dtype is not FLOAT:
-        target = _array(getattr(target, 'homogeneous', target), 'target', POSE)
+        target = as_array(getattr(target, 'homogeneous', target), 'target', POSE)
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
-        seed = _array(seed, 'seed', (arm.n,))
+        seed = as_array(seed, 'seed', (arm.n,))
     room, model = None, arm.packed
     if options.avoid_collisions and arm.shaped:
         room = arm.contacts.room(world)
@@ -119,7 +119,7 @@ def solve(
     try:
         good = one_target(model, options.numbers, target, seed, row)
     except TypeError:  # other dimensions, or not aligned
-        target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (arm.n,))
+        target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (arm.n,))
         good = one_target(model, options.numbers, target, seed, row)
     if not good:
         if row[STATUS - WIDTH] == NOT_COMPILED:
@@ -153,9 +153,9 @@ def _solve_at_length(
     if one_target is solve_usual:
         raise NotCompiledError(STILL_COMPILING)
     n = arm.n
-    target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (n,))
+    target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (n,))
     row = np.empty(n + WIDTH)
-    origin = seed if reference is None else _array(reference, 'reference', (n,))
+    origin = seed if reference is None else as_array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
     touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
@@ -163,19 +163,26 @@ def _solve_at_length(
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
     if room is not None and row[STATUS - WIDTH] == Status.COLLISION:
-        _take_best(arm, target, origin, options, room, touching[~np.isnan(touching[:, 0])], row)
+
+        def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
+            solve_range(arm.packed, numbers, target, q, origin, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
+
+        take_best(look_at, options, room, touching[~np.isnan(touching[:, 0])], row)
         if row[STATUS - WIDTH] == Status.CONVERGED and options.choice == 'all':
             answers[0] = row[:n]
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
     return Solution(row, found, _trace(rows, count, n) if trace else None, room)
 
 
-def _take_best(
-    arm: Arm, target: np.ndarray, reference: np.ndarray, options: SolveOptions, room: Room, touching: np.ndarray,
-    row: np.ndarray,
+def take_best(
+    look_at: Callable[[np.ndarray, np.ndarray, np.ndarray], None], options: SolveOptions, room: Room,
+    touching: np.ndarray, row: np.ndarray,
 ) -> None:
     """Write to `row` the first configuration of `touching` (k, n) that coal finds clear after all, for the search is
-    never wrong about what is clear, but now and then about what touches; else the one that touches least."""
+    never wrong about what is clear, but now and then about what touches; else the one that touches least.
+
+    `look_at` writes a configuration and its figures, by these numbers of SolveOptions, to a row.
+    """
     meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
     # Two questions to coal, which now and then takes what only just touches for clear.
     clear = [q for q in touching
@@ -183,11 +190,11 @@ def _take_best(
     best = clear[0] if clear else max(touching, key=lambda q: room.look(q, meshes).clearance)
     lone = replace(options, choice='first', max_attempts=1, max_iterations=0, null_space='none')
     one = np.empty_like(row)
-    solve_range(arm.packed, lone.numbers, target, best, reference, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
+    look_at(best, lone.numbers, one)
     held = one[STATUS - WIDTH] in (Status.CONVERGED, Status.JOINT_JUMP)
     for figure in (STEPS, ATTEMPTS, TIME):
         one[figure - WIDTH] = row[figure - WIDTH]
-    if not (held and clear and np.array_equal(one[: arm.n], best)):
+    if not (held and clear and np.array_equal(one[: len(best)], best)):
         one[STATUS - WIDTH], one[FOUND - WIDTH] = Status.COLLISION, 0.0
     row[:] = one
 
@@ -242,7 +249,7 @@ def solve_batch(
 
     """
     options = options or DEFAULT_OPTIONS
-    goals = _array(targets, 'targets', (None, 4, 4))
+    goals = as_array(targets, 'targets', (None, 4, 4))
     count = len(goals)
     flat = goals.reshape(4 * count, 4)
     starts = _rows(arm.home if seeds is None else seeds, count, arm.n, 'seeds')
@@ -284,7 +291,7 @@ def solve_batch(
     )  # fmt: skip
 
 
-def _array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
+def as_array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
     """Return the value as compiled code takes it, a float64 array of the given shape (None: any length), or raise
     ArgumentError. What is one already is not copied."""
     array = value
@@ -304,7 +311,7 @@ def _array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
 
 def _rows(values: Any, count: int, n: int, name: str) -> np.ndarray:
     """Return (count * n,) numbers from as many rows, or from one for all."""
-    rows = _array(values if np.ndim(values) == 2 else [values], name, (None, n))
+    rows = as_array(values if np.ndim(values) == 2 else [values], name, (None, n))
     if len(rows) not in (1, count):
         raise ArgumentError(f'{name} has {len(rows)} rows; expected {count}, one for each target, or one for all')
     return np.broadcast_to(rows, (count, n)).flatten()  # a copy: the compiled code takes no read-only array
@@ -314,8 +321,8 @@ def _argument_error(arm: Arm, options: SolveOptions, target: Any, seed: Any, ref
     """Say which argument the compiled check refused."""
     try:
         options.check_lengths(arm.n)
-        pose = _array(target, 'target', POSE)
-        _array(seed, 'seed', (arm.n,))
+        pose = as_array(target, 'target', POSE)
+        as_array(seed, 'seed', (arm.n,))
     except (OptionError, ArgumentError) as error:
         return ArgumentError(str(error))
     for name, value in (('seed', seed), ('reference', reference)):

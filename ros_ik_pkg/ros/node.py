@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
+from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -22,6 +23,7 @@ from ros_ik_pkg.ik.text import list_names, shorten
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, STREAM, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.handling.target_queue import TargetQueue
+from ros_ik_pkg.ros.handling.tip_targets import TipTargets
 from ros_ik_pkg.ros.handling.tools import Tools
 from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.robot_source import RobotSource, check_lengths, follows_topic
@@ -62,6 +64,7 @@ class IkNode(Node):
         joint_states = JointStates(self.resolve_topic_name(topics.JOINT_STATES.name))
         self._handler = TargetHandler(self.get_clock(), self._frames, joint_states, self._robot_source.awaited)
         self._stream: Stream | None = None
+        self._tips = TipTargets(self, self._handler, self._robot_source, self._answer)
         self._said = ''  # the last about a robot that is missing or ignored
         self._health = Health()
         self._tools = Tools(self, lambda: self._handler.arm)
@@ -96,6 +99,8 @@ class IkNode(Node):
         steady_timer(self, SERVO_PERIOD, self._report_servo)
         self._subscribe(topics.TARGET_POSE, self._targets.put, raw=True)
         self._subscribe(topics.TARGET_PATH, self._paths.take)
+        self._subscribe(topics.FIRST_TARGET_POSE, partial(self._tips.put, 0), raw=True)
+        self._subscribe(topics.SECOND_TARGET_POSE, partial(self._tips.put, 1), raw=True)
         for text in parameters.refuse_unknown():
             self.get_logger().warning(text)
         self._say_what_runs()
@@ -205,7 +210,7 @@ class IkNode(Node):
     def _arm_for(self, settings: Settings, arm_changes: bool) -> Arm | None:
         """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
         arm = self._robot_source.load(settings) if arm_changes else self._handler.arm
-        if arm is not None:
+        if self._tips.prepare(settings, arm_changes) is None and arm is not None:
             check_lengths(settings, arm, arm_changes)
             arm = self._tools.mounted(arm, settings)
         self._handler.surroundings.read(settings)
@@ -218,6 +223,7 @@ class IkNode(Node):
         new = arm is not None and not arm.same_robot(previous)
         arm_changed = self._handler.settings is not None and (new or (arm is None) != (previous is None))
         self._handler.take_over(settings, arm)
+        self._tips.take_over()
         if self._stream is not None:
             self._stream.take_over(settings, arm)
         if arm is not None and new:

@@ -15,7 +15,8 @@ from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kinematics.task import keep_slack, look, within_tolerances
 from ros_ik_pkg.ik.step.limits import freeze_pushed, pushed_outwards
-from ros_ik_pkg.ik.step.methods import apply_transpose, damped_step
+from ros_ik_pkg.ik.step.methods import damped_step, gradient
+from ros_ik_pkg.ik.step.weights import scale_columns, take_back_weights, weigh
 
 MOST_STEPS = 200
 FIRST_DAMPING = 0.1
@@ -63,8 +64,10 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
 def step_towards(geometry, task, tuning, damping, work):
     """Take a damped step, within the limits and without joints that it would push beyond them; return whether there
     is one."""
+    weigh(work)
+    weigh_slack(work)
     if tuning.respect_limits > 0.0:
-        apply_transpose(work.columns, work.e, work.dq)
+        gradient(work)
         freeze(geometry, work)
     while True:
         if not damped_step(damping, work):
@@ -72,12 +75,20 @@ def step_towards(geometry, task, tuning, damping, work):
         again = tuning.respect_limits > 0.0 and freeze(geometry, work)
         if not (keep_slack(task, work) or again):
             break
+    take_back_weights(work)
     for i in range(len(work.q)):
         q = work.q[i] + min(max(work.dq[i], -LONGEST_STEP), LONGEST_STEP)
         if tuning.respect_limits > 0.0:
             q = min(max(q, geometry.lower[i]), geometry.upper[i])
         work.q[i] = q
     return True
+
+
+@kernel
+def weigh_slack(work):
+    """Weigh the rows that may come into the system too."""
+    if len(work.scales) > 0:
+        scale_columns(work.scales, work.trial)
 
 
 @kernel

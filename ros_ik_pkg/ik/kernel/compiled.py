@@ -24,7 +24,7 @@ from ros_ik_pkg.ik.kernel.garbage import collect_less
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 
 PACKAGE = 'ros_ik_pkg'
-DECORATED = re.compile(r'^@(compiled|kernel|inlined|door)\b', re.MULTILINE)
+DECORATED = re.compile(r'^@(compiled|kernel|inlined|door|variant_of)\b', re.MULTILINE)
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 
@@ -144,6 +144,29 @@ def kernel(function: Function) -> Function:
 def inlined(function: Function) -> Function:
     """Decorate a small kernel that returns tuples: inlined, so that the numbers stay in registers."""
     return _part(function, forceinline=True)
+
+
+def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
+    """Return a decorator: the function is compiled in place of `part` where an argument of it is such a named tuple.
+
+    The choice is made by the types while a caller compiles, so callers with other records do not notice.
+    """
+
+    def decorate(function: Function) -> Function:
+        variant: Any = _part(function, part.targetoptions['forceinline'])
+        usual = part.compile
+
+        def choose(types: Any) -> Any:
+            if not any(getattr(kind, 'instance_class', None) is record for kind in types):
+                return usual(types)
+            entry = variant.compile(types)
+            part.overloads[types] = variant.overloads[types]
+            return entry
+
+        part.compile = choose  # Numba asks it for the code that it has not looked up yet
+        return variant
+
+    return decorate
 
 
 def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:

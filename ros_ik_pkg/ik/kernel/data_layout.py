@@ -113,6 +113,7 @@ class Workspace(NamedTuple):
     null: np.ndarray  # (n,) direction in the null space of the task
     went: np.ndarray  # (n,) last step in it
     trial: np.ndarray  # (n, 6) Jacobian by columns of a configuration that is only looked at
+    scales: np.ndarray  # (n,) of the Jacobian's columns in a step, or (0,) if the option joint_weights is unset
     scores: np.ndarray  # (m,) how far each start is from the target
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
@@ -187,7 +188,7 @@ def make_joints(model, memory):
 
 
 # How many arrays of each shape make_records needs: (6, 6), (6,), (n, 6), (6, n) and (n,), besides one answer (n,)
-SQUARES, SIXES, BY_COLUMN, BY_ROW, VECTORS = 3, 6, 2, 2, 7
+SQUARES, SIXES, BY_COLUMN, BY_ROW, VECTORS = 3, 6, 2, 2, 8
 FIXED = 36 * SQUARES + 6 * SIXES
 PER_VARIABLE = 6 * (BY_COLUMN + BY_ROW) + VECTORS + 1
 
@@ -199,10 +200,11 @@ def buffer_size(model):
 
 
 @inlined
-def make_records(model, buffer, scores, integers, rows):
+def make_records(model, buffer, scores, integers, rows, weighted):
     """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
 
-    Where `rows` is None the Recorder is too: then nothing that needs one is compiled (see entry.solve_usual).
+    `weighted` is how many joint weights there are, n or 0. Where `rows` is None the Recorder is too: then nothing that
+    needs one is compiled (see entry.solve_usual).
     To be called by kernels only, as unpack_model.
     """
     n = int(model[0])
@@ -218,7 +220,7 @@ def make_records(model, buffer, scores, integers, rows):
         make_joints(model, shaped(buffer, e, (joints_size(model),))), by_column[0],
         sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
         vectors[0], vectors[1], vectors[2], vectors[3], vectors[6], vectors[4], vectors[5], by_column[1],
-        scores, shaped(integers, 0, (2,)),
+        shaped(vectors, VECTORS * n - n, (weighted,)), scores, shaped(integers, 0, (2,)),
     )  # fmt: skip
     if rows is None:  # noqa: SIM108 Numba drops the other branch of an `if` alone
         recorder = None

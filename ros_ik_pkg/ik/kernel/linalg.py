@@ -121,23 +121,29 @@ def substitute(lower, pivots, b):
 
 @kernel
 def svd(columns, U, W, sigma):
-    """Write J = U diag(sigma) V^T with U (6, 6) by rows u_i, and W (6, n) with rows sigma_i v_i; sigma falls.
+    """Do what svd_of_rows says for six rows."""
+    svd_of_rows(ROWS, (FIRST, SECOND), columns, U, W, sigma)
+
+
+@kernel
+def svd_of_rows(rows, pairs, columns, U, W, sigma):
+    """Write J = U diag(sigma) V^T with U (rows, rows) by rows u_i, and W (rows, n) with rows sigma_i v_i; sigma falls.
 
     One-sided Jacobi (Hestenes 1958): rows of J are turned in pairs until they are orthogonal. Small singular
     values come out to full relative precision, and any rank will do, 0 included.
     """
     n = len(columns)
-    for r in range(ROWS):
+    for r in range(rows):
         for i in range(n):
             W[r, i] = columns[i, r]
-        for c in range(ROWS):
+        for c in range(rows):
             U[r, c] = 1.0 if r == c else 0.0
     for _ in range(MAX_SWEEPS):
-        if not _sweep(n, U, W, sigma) > ALMOST * ALMOST:  # the sweep that saw this left the square of it
+        if not _sweep(rows, pairs, n, U, W, sigma) > ALMOST * ALMOST:  # the sweep that saw this left the square of it
             break
-    for r in range(ROWS):
+    for r in range(rows):
         sigma[r] = math.sqrt(_square(n, W, r))
-    _sort(n, U, W, sigma)
+    _sort(rows, n, U, W, sigma)
 
 
 @kernel
@@ -150,18 +156,19 @@ def _square(n, W, r):
 
 
 @kernel
-def _sweep(n, U, W, squares):
+def _sweep(rows, pairs, n, U, W, squares):
     """Make every pair of rows of W orthogonal once; return the square of the largest cosine that there was.
 
-    Rows whose square is below NOTHING of the whole are rounding: they would be turned for ever. `squares` (6,) keeps
+    Rows whose square is below NOTHING of the whole are rounding: they would be turned for ever. `squares` (rows,) keeps
     those of the rows up to date.
     """
     total, largest = 0.0, 0.0
-    for r in range(ROWS):
+    for r in range(rows):
         squares[r] = _square(n, W, r)
         total += squares[r]
-    for k in range(len(FIRST)):
-        a, b = FIRST[k], SECOND[k]
+    first, second = pairs
+    for k in range(len(first)):
+        a, b = first[k], second[k]
         aa, bb, ab = squares[a], squares[b], 0.0
         for i in range(n):
             ab += W[a, i] * W[b, i]
@@ -175,7 +182,7 @@ def _sweep(n, U, W, squares):
         for i in range(n):
             x, y = W[a, i], W[b, i]
             W[a, i], W[b, i] = c * x - s * y, s * x + c * y
-        for i in range(ROWS):
+        for i in range(rows):
             x, y = U[a, i], U[b, i]
             U[a, i], U[b, i] = c * x - s * y, s * x + c * y
         squares[a], squares[b] = aa - t * ab, bb + t * ab
@@ -183,16 +190,16 @@ def _sweep(n, U, W, squares):
 
 
 @kernel
-def _sort(n, U, W, sigma):
-    """Order the six triplets by falling singular value."""
-    for a in range(ROWS - 1):
+def _sort(rows, n, U, W, sigma):
+    """Order the triplets by falling singular value."""
+    for a in range(rows - 1):
         top = a
-        for b in range(a + 1, ROWS):
+        for b in range(a + 1, rows):
             if sigma[b] > sigma[top]:
                 top = b
         if top != a:
             sigma[a], sigma[top] = sigma[top], sigma[a]
             for i in range(n):
                 W[a, i], W[top, i] = W[top, i], W[a, i]
-            for i in range(ROWS):
+            for i in range(rows):
                 U[a, i], U[top, i] = U[top, i], U[a, i]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -12,9 +13,10 @@ import yaml
 
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.model.chain import rest
+from ros_ik_pkg.ik.model.sources import read_text
 from ros_ik_pkg.ik.model.transforms import rotation_about, rotation_from_z, transform
 from ros_ik_pkg.ik.model.tree import Joint, Tree
-from ros_ik_pkg.ik.text import suggest, to_number
+from ros_ik_pkg.ik.text import list_names, suggest, to_number
 
 LIMITS = ('soft', 'hard')
 MAX_BYTES = 2**20
@@ -23,6 +25,19 @@ BOUNDS = ('min_position', 'max_position', 'max_velocity', 'max_acceleration', 'm
 UNUSED = ('has_deceleration_limits', 'max_deceleration', 'min_velocity', 'has_effort_limits', 'max_effort',
           'angle_wraparound', 'has_soft_limits', 'k_position', 'k_velocity', 'soft_lower_limit', 'soft_upper_limit')
 SCALING = ('default_velocity_scaling_factor', 'default_acceleration_scaling_factor')
+
+
+def limit_joints(
+    tree: Tree, limits: str, joint_limits: str | os.PathLike[str], held: Mapping[str, float | None] | None
+) -> Tree:
+    """Return the robot with the limits and the held joints that `load_arm` is given."""
+    if limits not in LIMITS:
+        raise ModelError(f'limits is {limits!r}; expected one of {list_names(LIMITS)}')
+    if limits == 'soft':
+        tree = with_soft_limits(tree)
+    if joint_limits:
+        tree = with_joint_limits(tree, read_text(joint_limits))
+    return hold_joints(tree, held or {})
 
 
 def with_soft_limits(tree: Tree) -> Tree:

@@ -84,7 +84,7 @@ def on_line(model, numbers, pose, q, tolerance, angle_tolerance, memory):
     geometry, _, _ = unpack_model(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (buffer_size(model),))
     nothing = shaped(memory, 0, (0, 0))
-    work, _, _ = make_records(model, buffer, shaped(memory, 0, (0,)).view(np.float32), integers, nothing)
+    work, _, _ = make_records(model, buffer, shaped(memory, 0, (0,)).view(np.float32), integers, nothing, 0)
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
     task = make_task(pose, weights, tolerances, numbers[TASK_FRAME])
     assign(work.weights, weights)

@@ -31,7 +31,7 @@ def _pose_figures(model, numbers, poses, q, out, memory):
     geometry, _, _ = unpack_model(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (buffer_size(model),))
     work, recorder, _ = make_records(
-        model, buffer, shaped(memory, 0, (0,)).view(np.float32), integers, shaped(memory, 0, (0, 0))
+        model, buffer, shaped(memory, 0, (0,)).view(np.float32), integers, shaped(memory, 0, (0, 0)), 0
     )
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
     for k in range(len(q)):
@@ -58,7 +58,7 @@ def _line_errors(model, numbers, poses, turns, q, durations, v, a, out, memory):
     n, size = q.shape[1], buffer_size(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (size,))
     work, _, _ = make_records(
-        model, buffer, shaped(memory, 0, (0,)).view(np.float32), integers, shaped(memory, 0, (0, 0))
+        model, buffer, shaped(memory, 0, (0,)).view(np.float32), integers, shaped(memory, 0, (0, 0)), 0
     )
     pose = shaped(memory, 3 + size, (4, 4))
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))

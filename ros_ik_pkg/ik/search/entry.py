@@ -30,6 +30,7 @@ from ros_ik_pkg.ik.search.search import search
 from ros_ik_pkg.ik.search.solutions import forget_touching
 from ros_ik_pkg.ik.solution import FIGURES
 from ros_ik_pkg.ik.step.limits import bring_inside, limits_mask
+from ros_ik_pkg.ik.step.weights import scale_joints
 
 NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
 # of numbers for each joint are for another arm
@@ -131,14 +132,14 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
     scores, ranks = shaped(memory, a, (b - a,)).view(np.float32), shaped(memory, c, (len(memory) - c,))
     obstruction = make_obstruction(model, shaped(memory, b, (c - b,)), touching, rows)
     integers[2] = 0
-    work, recorder, one = make_records(model, buffer, scores, integers, rows)
-    kept = answers if len(answers) > 0 else one
     tuning = tuning_of(numbers)
     weights, tolerances = shaped(numbers, WEIGHTS, (ROWS,)), shaped(numbers, TOLERANCES, (ROWS,))
     joint_weights = shaped(numbers, JOINT_WEIGHTS + 1, (int(numbers[JOINT_WEIGHTS]),))
     posture = shaped(numbers, len(numbers) - n, (n,))
     given = len(numbers) - JOINT_WEIGHTS - 1 - len(joint_weights)
     fits = given in (0, n) and len(joint_weights) in (0, n)
+    work, recorder, one = make_records(model, buffer, scores, integers, rows, len(joint_weights) if fits else 0)
+    kept = answers if len(answers) > 0 else one
     for k in range(len(out)):
         began = now(work.clock)
         q, row = shaped(out, k * (n + WIDTH), (n,)), shaped(out, k * (n + WIDTH) + n, (WIDTH,))
@@ -156,6 +157,7 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
         fill(ranks, math.inf)
         forget_touching(obstruction)
+        scale_joints(joint_weights, work.scales)
         task = make_task(T, weights, tolerances, tuning.task_frame)
         assign(work.weights, weights)
         preferences = Preferences(reference, joint_weights, posture if given > 0 else reference, obstruction)

@@ -17,7 +17,7 @@ from ros_ik_pkg.ik.descent.objectives import NONE
 from ros_ik_pkg.ik.descent.self_motion import settle
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import inlined
-from ros_ik_pkg.ik.kernel.linalg import assign
+from ros_ik_pkg.ik.kernel.linalg import assign, fill
 from ros_ik_pkg.ik.kinematics.task import look_at_error, tolerated_norm, with_slack, within_tolerances
 from ros_ik_pkg.ik.search.reach import out_of_reach
 from ros_ik_pkg.ik.search.solutions import (
@@ -225,7 +225,11 @@ def approach_within(geometry, task, tuning, slack, plan, attempt, work, recorder
 
 @inlined
 def come_closest(geometry, task, tuning, plan, attempt, work, recorder):
-    """Bring work.q, from which no descent got closer, to the closest approach; return (steps, whether it is late)."""
+    """Bring work.q, from which no descent got closer, to the closest approach; return (steps, whether it is late).
+
+    Joint weights do not count any more: they would slow down the joints that the last millimetre needs.
+    """
+    fill(work.scales, 1.0)
     steps, status, _, _, norm = approach_within(geometry, task, tuning, 0.0, plan, attempt, work, recorder)
     if status != CONVERGED and norm <= plan.close and attempt == 0:  # no attempts: nobody has tried it
         more, _, _, _, _ = approach_within(geometry, task, tuning, 1.0, plan, attempt + 1, work, recorder)

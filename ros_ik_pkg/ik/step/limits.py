@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.step.methods import apply_transpose, take_step
+from ros_ik_pkg.ik.step.methods import gradient, take_step
+from ros_ik_pkg.ik.step.weights import take_back_weights, weigh
 
 TURN = 2.0 * math.pi
 
@@ -76,12 +77,14 @@ def step_within_limits(geometry, tuning, norm, work):
     Active set: such joints leave the system (their columns become zero) and the others take over. The gradient
     J^T e says which to begin with; a step that pushes another one outwards is taken again without it.
     """
+    weigh(work)
     if tuning.respect_limits > 0.0:
-        apply_transpose(work.columns, work.e, work.dq)
+        gradient(work)
         freeze_pushed(geometry, work)
     while True:
         damping = take_step(tuning, norm, work)
         if not (tuning.respect_limits > 0.0 and freeze_pushed(geometry, work)):
+            take_back_weights(work)
             return damping
 
 

@@ -10,7 +10,17 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.kernel.linalg import ROWS, factor, gram, lower_triangle, substitute, svd
+from ros_ik_pkg.ik.kernel.linalg import (
+    FIRST,
+    ROWS,
+    SECOND,
+    assign,
+    factor,
+    gram,
+    lower_triangle,
+    substitute,
+    svd_of_rows,
+)
 from ros_ik_pkg.methods import METHODS
 
 TRANSPOSE, DLS, ADAPTIVE_DLS, SDLS = (METHODS.index(name) for name in ('transpose', 'dls', 'adaptive_dls', 'sdls'))
@@ -33,7 +43,7 @@ def take_step(tuning, error_norm, work):
         damping = tuning.dls_damping
     elif method == ADAPTIVE_DLS:
         damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
-    if damping == 0.0 and fewer_joints_than_rows(work.weights, work.columns):
+    if damping == 0.0 and fewer_joints_than_rows(work):
         found = normal_equations_step(work)
     else:
         found = damped_step(damping, work)
@@ -52,11 +62,29 @@ def joint_step_cap(tuning, stride):
 
 
 @inlined
-def apply_transpose(columns, y, dq):
+def gradient(work):
+    """Write J^T e to dq: the direction in which half the square of the error falls fastest."""
+    apply_transpose(rows_of(work), work.columns, work.e, work.dq)
+
+
+@inlined
+def rows_of(work):
+    """Return how many rows the task has, those that are dropped included."""
+    return ROWS
+
+
+@inlined
+def pairs_of(work):
+    """Return the pairs of rows that `svd_of_rows` makes orthogonal."""
+    return FIRST, SECOND
+
+
+@inlined
+def apply_transpose(rows, columns, y, dq):
     """Write dq = J^T y."""
     for i in range(len(columns)):
         s = 0.0
-        for r in range(ROWS):
+        for r in range(rows):
             s += columns[i, r] * y[r]
         dq[i] = s
 
@@ -64,9 +92,9 @@ def apply_transpose(columns, y, dq):
 @kernel
 def transpose_step(work):
     """dq = alpha J^T e with alpha = <e, J J^T e> / |J J^T e|^2; zero where the denominator is zero."""
-    apply_transpose(work.columns, work.e, work.dq)
+    gradient(work)
     top, bottom = 0.0, 0.0
-    for r in range(ROWS):
+    for r in range(rows_of(work)):
         s = 0.0
         for i in range(len(work.dq)):
             s += work.columns[i, r] * work.dq[i]
@@ -81,7 +109,15 @@ def transpose_step(work):
 def damped_step(damping, work):
     """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step where lambda is 0; return whether there is one."""
     definite, lower, pivots = factor(gram(work.columns, diagonal(work.weights, damping * damping)))
-    apply_transpose(work.columns, substitute(lower, pivots, work.e), work.dq)
+    apply_transpose(ROWS, work.columns, substitute(lower, pivots, work.e), work.dq)
+    return definite
+
+
+@inlined
+def solve_normal_equations(work):
+    """Write y of A y = rhs, with the lower triangle of A alone; return whether A is positive definite."""
+    definite, lower, pivots = factor(lower_triangle(work.A))
+    assign(work.y, substitute(lower, pivots, work.rhs))
     return definite
 
 
@@ -95,20 +131,21 @@ def diagonal(weights, added):
 
 
 @kernel
-def fewer_joints_than_rows(weights, columns):
+def fewer_joints_than_rows(work):
     """Return whether the task has more rows than joints are free: then J J^T is singular and J^T J is not."""
+    weights, columns = work.weights, work.columns
     rows, free = 0, 0
-    for r in range(ROWS):
+    for r in range(rows_of(work)):
         rows += weights[r] > 0.0
     for i in range(len(columns)):
-        free += moves(columns, i)
+        free += moves(rows_of(work), columns, i)
     return free < rows
 
 
 @kernel
-def moves(columns, i):
+def moves(rows, columns, i):
     """Return whether joint i is in the system: a joint that moves nothing has a column of zeros."""
-    for r in range(ROWS):
+    for r in range(rows):
         if columns[i, r] != 0.0:
             return True
     return False
@@ -116,38 +153,37 @@ def moves(columns, i):
 
 @kernel
 def normal_equations_step(work):
-    """dq = (J^T J)^-1 J^T e over the free joints, fewer than six; return whether there is one.
+    """dq = (J^T J)^-1 J^T e over the free joints, fewer than rows; return whether there is one.
 
     Rows that are left over get a 1 on the diagonal.
     """
-    A, columns = work.A, work.columns
+    A, columns, rows = work.A, work.columns, rows_of(work)
     rhs = work.rhs
     n, a = len(work.dq), 0
-    for r in range(ROWS):
+    for r in range(rows):
         rhs[r] = 0.0
-        for c in range(ROWS):
+        for c in range(rows):
             A[r, c] = 1.0 if r == c else 0.0
     for i in range(n):
-        if not moves(columns, i):
+        if not moves(rows, columns, i):
             continue
         b = 0
         for j in range(i + 1):
-            if moves(columns, j):
+            if moves(rows, columns, j):
                 s = 0.0
-                for r in range(ROWS):
+                for r in range(rows):
                     s += columns[i, r] * columns[j, r]
                 A[a, b] = s
                 b += 1
-        for r in range(ROWS):
+        for r in range(rows):
             rhs[a] += columns[i, r] * work.e[r]
         a += 1
-    definite, lower, pivots = factor(lower_triangle(A))
-    y = substitute(lower, pivots, rhs)
+    definite = solve_normal_equations(work)
     a = 0
     for i in range(n):
         work.dq[i] = 0.0
-        if moves(columns, i):
-            work.dq[i] = y[a]
+        if moves(rows, columns, i):
+            work.dq[i] = work.y[a]
             a += 1
     return definite
 
@@ -161,21 +197,21 @@ def sdls_step(max_step, work):
     dq = clamp(sum_i clamp((a_i/s_i) v_i, gamma_i), gamma_max), where clamp scales the largest component.
     """
     columns, U, W, dq = work.columns, work.U, work.W, work.dq
-    n = len(dq)
-    svd(columns, U, W, work.sigma)
+    n, rows = len(dq), rows_of(work)
+    svd_of_rows(rows, pairs_of(work), columns, U, W, work.sigma)
     dq[:] = 0.0
-    for i in range(ROWS):
+    for i in range(rows):
         s = work.sigma[i]
         if not s > RANK_TOLERANCE:
             continue
         a, largest, M = 0.0, 0.0, 0.0
-        for r in range(ROWS):
+        for r in range(rows):
             a += U[i, r] * work.e[r]
         for j in range(n):
             v = abs(W[i, j]) / s
             largest = max(largest, v)
-            M += v * (_length(columns, j, 0) + _length(columns, j, 3)) / s
-        bound = min(1.0, (_length(U, i, 0) + _length(U, i, 3)) / M) * max_step
+            M += v * _lengths(rows, columns, j) / s
+        bound = min(1.0, _lengths(rows, U, i) / M) * max_step
         scale = a / s
         if abs(scale) * largest > bound:
             scale = math.copysign(bound / largest, scale)
@@ -185,10 +221,13 @@ def sdls_step(max_step, work):
 
 
 @kernel
-def _length(rows, i, start):
-    """Euclidean length of half a row: its position part (start 0) or its orientation part (start 3)."""
-    x, y, z = rows[i, start], rows[i, start + 1], rows[i, start + 2]
-    return math.sqrt(x * x + y * y + z * z)
+def _lengths(rows, matrix, i):
+    """Return the sum of the Euclidean lengths of row i's position and orientation parts."""
+    total = 0.0
+    for r in range(0, rows, 3):
+        x, y, z = matrix[i, r], matrix[i, r + 1], matrix[i, r + 2]
+        total += math.sqrt(x * x + y * y + z * z)
+    return total
 
 
 @kernel

@@ -23,7 +23,12 @@ def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions)
         return ''
     if fault := fault_of_command(q, arm, options):
         return fault
-    position_error, orientation_error = errors_of(q, target, arm, options)
+    return fault_of_pose(arm.forward(q), target, options)
+
+
+def fault_of_pose(base_from_tip: np.ndarray, target: np.ndarray, options: SolveOptions) -> str:
+    """Say how far the tip (4, 4) is off its target (4, 4), both in the same frame; empty if within the tolerances."""
+    position_error, orientation_error = errors_between(base_from_tip, target, options)
     if not position_error <= options.position_tolerance + ROUNDING:
         return f'the tip is {position_error:.3g} m off'
     if not orientation_error <= options.orientation_tolerance + ROUNDING:
@@ -77,7 +82,11 @@ def describe(contact: Contact) -> str:
 
 def errors_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[float, float]:
     """Return distance [m] and angle [rad] of the tip at q (n,) in the rows of the task, beyond their tolerances."""
-    base_from_tip = arm.forward(q)
+    return errors_between(arm.forward(q), target, options)
+
+
+def errors_between(base_from_tip: np.ndarray, target: np.ndarray, options: SolveOptions) -> tuple[float, float]:
+    """Return the same for the tip at a pose (4, 4)."""
     position = (target - base_from_tip)[:3, 3]
     orientation = _rotation_vector(target[:3, :3] @ base_from_tip[:3, :3].T)
     task_from_base = target[:3, :3].T if options.task_frame == 'tip' else np.eye(3)

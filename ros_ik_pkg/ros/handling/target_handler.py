@@ -84,9 +84,12 @@ class TargetHandler:
         return base_from_frame @ frame_from_target
 
     def require_arm(self) -> Arm:
-        """Return the arm; raise RefusedError if there is no robot."""
+        """Return the arm; raise RefusedError if there is no robot, or two tips of it have targets of their own."""
         if self.arm is None:
             raise RefusedError('no_robot', self._awaited())
+        if self.parameters.tip_frames:
+            raise RefusedError('tip_frames', 'tip_frames names two tips; their targets come on first_target_pose and '
+                               'second_target_pose')  # fmt: skip
         return self.arm
 
     def seed(self) -> np.ndarray:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
-from ros_ik_pkg.ik import Arm, IkError, ModelError, OptionError, load_arm
+from ros_ik_pkg.ik import Arm, ArmTree, IkError, ModelError, OptionError, load_arm, load_tree
 from ros_ik_pkg.ik.model.joint_limits import parse_held
 from ros_ik_pkg.ik.model.sources import parse_xacro_args, read_tree
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.interface.parameters import Settings
+
+Robot = TypeVar('Robot', Arm, ArmTree)
 
 
 class RobotSource:
@@ -40,21 +44,32 @@ class RobotSource:
 
     def load(self, settings: Settings) -> Arm | None:
         """Return the arm, or None while the topic is awaited; raise ModelError that names topic and parameters."""
+        tip = settings.tip_frame or (settings.tip_frames[0] if settings.tip_frames else None)
+        return self._load(settings, lambda source, **others: load_arm(source, tip=tip, **others))
+
+    def load_tips(self, settings: Settings) -> ArmTree | None:
+        """Return both arms of tip_frames, or None where there are none or no robot; raise as `load`."""
+        if not settings.tip_frames:
+            return None
+        return self._load(settings, lambda source, **others: load_tree(source, settings.tip_frames, **others))
+
+    def _load(self, settings: Settings, load: Callable[..., Robot]) -> Robot | None:
+        """Return what is loaded from the source that the settings mean."""
         source = settings.robot or self.topic_text
         if settings.robot_description:
             source = urdf_text(settings.robot_description, 'parameter robot_description')
         if not source:
             return None
         try:
-            arm = load_arm(
-                source, settings.base_frame or None, settings.tip_frame or None, limits=settings.limits,
-                joint_limits=settings.joint_limits, held=parse_held(settings.held_joints),
-                xacro_args=parse_xacro_args(settings.xacro_args), srdf=settings.srdf or None)
+            arm = load(
+                source, base=settings.base_frame or None, limits=settings.limits, joint_limits=settings.joint_limits,
+                held=parse_held(settings.held_joints), xacro_args=parse_xacro_args(settings.xacro_args),
+                srdf=settings.srdf or None)
             return self._with_semantic(arm, settings)
         except ModelError as error:
             raise ModelError(f'{self._described(settings)}: {error}') from error
 
-    def _with_semantic(self, arm: Arm, settings: Settings) -> Arm:
+    def _with_semantic(self, arm: Robot, settings: Settings) -> Robot:
         """Return the arm with the SRDF of the topic, if no parameter names one and it is for this robot."""
         self.semantic_fault = ''
         if settings.srdf or not self.semantic or not settings.options.avoid_collisions:
@@ -87,8 +102,9 @@ class RobotSource:
         robot = f'robot = {shorten(settings.robot, 60)!r}' if settings.robot else self._topic
         if settings.robot_description:
             robot = 'parameter robot_description'
-        frames = [f'{name} = {getattr(settings, name)!r}' for name in ('base_frame', 'tip_frame')]
-        return ', '.join([robot, *(text for text in frames if not text.endswith("''"))])
+        names = ('base_frame', 'tip_frame', 'tip_frames')
+        frames = [f'{name} = {value!r}' for name in names if (value := getattr(settings, name))]
+        return ', '.join([robot, *frames])
 
 
 def follows_topic(settings: Settings) -> bool:

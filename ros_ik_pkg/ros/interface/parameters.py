@@ -83,6 +83,8 @@ ARM_OPTIONS = (
     _node_option('base_frame', '',
                  'frame that targets and solutions speak of; empty: the root of the robot'),
     _node_option('tip_frame', '', 'frame that reaches the target; empty: the end of the robot, before a gripper'),
+    _node_option('tip_frames', (), 'two frames that reach targets together, on first_target_pose and '
+                 'second_target_pose; empty: one tip'),
     _node_option('limits', 'soft', 'whether the soft limits of the URDF (safety_controller) narrow the hard ones',
                  LIMITS),
     _node_option('joint_limits', '', "limits in the format of MoveIt's joint_limits.yaml that narrow those of the "
@@ -170,6 +172,7 @@ class Settings:
     robot_description: str
     base_frame: str
     tip_frame: str
+    tip_frames: tuple[str, ...]
     limits: str
     joint_limits: str
     held_joints: tuple[str, ...]

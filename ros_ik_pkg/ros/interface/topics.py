@@ -52,6 +52,11 @@ class Topic:
 
 
 TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
+FIRST_TARGET_POSE = Topic(
+    'first_target_pose', PoseStamped, 'in',
+    'where the first of tip_frames is wanted; in the frame of the second: relative to it',
+)
+SECOND_TARGET_POSE = Topic('second_target_pose', PoseStamped, 'in', 'where the second of tip_frames is wanted')
 TARGET_TWIST = Topic(
     'target_twist',
     TwistStamped,
@@ -120,6 +125,8 @@ DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node,
 
 TOPICS = (
     TARGET_POSE,
+    FIRST_TARGET_POSE,
+    SECOND_TARGET_POSE,
     TARGET_TWIST,
     JOINT_STATES,
     ROBOT_DESCRIPTION,

@@ -43,7 +43,7 @@ class Comparison:
     def submit(self, result: Result, compare: tuple[str, ...], options: SolveOptions) -> None:
         """Compare on an answered target, where methods are asked for and somebody listens."""
         methods = METHODS if 'all' in compare else compare
-        if methods and result.solution is not None and self._wanted():
+        if methods and result.base_from_target is not None and result.solution is not None and self._wanted():
             self.worker.submit(Job(result, methods, options))
 
     def _wanted(self) -> bool:

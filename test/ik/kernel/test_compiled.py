@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -18,7 +19,7 @@ from numerics import get_arm
 import ros_ik_pkg
 from ros_ik_pkg.ik import CHOICES, METHODS, SolveOptions, load_arm, solve, solve_batch
 from ros_ik_pkg.ik.kernel import compiled
-from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.compiled import kernel, variant_of
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range
@@ -205,3 +206,33 @@ def test_integer_constants_share_one_version_of_a_part():
     whole = numba.njit(lambda values, k: part(values, 0) + part(values, 1) + part(values, k))
     assert whole(first, second) == 3.0
     assert len(part.overloads) == 1
+
+
+class Usual(NamedTuple):
+    value: float
+
+
+class Other(NamedTuple):
+    value: float
+
+
+@kernel
+def doubled(record):
+    return 2.0 * record.value
+
+
+@variant_of(doubled, Other)
+def doubled_and_two_more(record):
+    return doubled(Usual(record.value)) + 2.0
+
+
+def test_a_variant_is_compiled_for_its_record_alone_and_callers_share_one_source():
+    @kernel
+    def caller(record):
+        return doubled(record)
+
+    @numba.njit
+    def both(value):
+        return caller(Usual(value)), caller(Other(value))
+
+    assert both(3.0) == (6.0, 8.0)

@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from numerics import SEEDS, get_arm, law, numeric_jacobian, random_configurations, random_jacobian, step, tuning
+from numerics import (
+    SEEDS,
+    get_arm,
+    law,
+    numeric_jacobian,
+    pair_step,
+    random_configurations,
+    random_jacobian,
+    step,
+    tuning,
+)
 
 from ros_ik_pkg.ik import METHODS
 from ros_ik_pkg.ik.step.methods import joint_step_cap
@@ -99,6 +109,21 @@ def test_each_step_is_its_formula(method, seed, n):
     J, e = problem(seed, n)
     assume(condition_of(J) < 1e4)
     assert_step(step(method, J, e, **OPTIONS), RULES[method](J, e), J, e)
+
+
+@pytest.mark.parametrize('method', sorted(RULES))
+@law
+@given(SEEDS, st.integers(1, 17), st.integers(0, 3))
+def test_each_step_of_two_tips_is_its_formula_over_all_twelve_rows(method, seed, n, shared):
+    rng = np.random.default_rng(seed)
+    J, e = rng.normal(size=(12, n)), rng.normal(size=12) * 10.0 ** rng.uniform(-3.0, 1.0)
+    alone = np.arange(n) >= shared
+    J[6:, alone & (np.arange(n) % 2 == 0)] = 0.0
+    J[:6, alone & (np.arange(n) % 2 == 1)] = 0.0
+    assume(condition_of(J) < 1e4)
+    blocks = [slice(k, k + 3) for k in range(0, 12, 3)]
+    expected = sdls_rule(J, e, blocks) if method == 'sdls' else RULES[method](J, e)
+    assert_step(pair_step(method, J, e, **OPTIONS), expected, J, e)
 
 
 @pytest.mark.parametrize('name', ['planar3r', 'puma560', 'stanford', 'panda'])
