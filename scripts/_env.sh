@@ -8,10 +8,12 @@
 #
 #   ROS_IK_PYTHON   interpreter to use, 3.11 or 3.12; default: the newest found
 #   ROS_IK_VENV     folder of the environment; default: .venv in the repository
+#   ROS_IK_DISTRO   the ROS 2 of the wheels, jazzy or kilted; default: jazzy
 #   ROS_IK_PINS     releases to hold, such as 'numpy==1.26.4 pin==2.7.0'
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 venv=$(realpath -m "${ROS_IK_VENV:-$root/.venv}")
+distro=${ROS_IK_DISTRO:-jazzy}
 stamp=$venv/ros_ik_pkg.stamp
 
 say() { printf 'ros_ik_pkg: %s\n' "$*" >&2; }
@@ -39,6 +41,7 @@ if [[ -n ${_ROS_WHEELS_BOOTSTRAP_COMPLETE:-} ]]; then
 fi
 
 use_python() {
+    [[ $distro == jazzy || $distro == kilted ]] || fail "ROS_IK_DISTRO=$distro has no wheels; jazzy and kilted have"
     if [[ -z $* || $* == ros ]] && [[ -z ${ROS_IK_PYTHON:-} ]] && ros_is_complete; then
         python=$(command -v python3)
         return
@@ -58,7 +61,7 @@ PYTHON
 }
 
 # The stamp: what the environment was made for, then one line for each list of requirements it has.
-made_for() { printf '%s\n' "$root | ${ROS_IK_PYTHON:-any Python} | ${ROS_DISTRO:-no ROS} | ${ROS_IK_PINS:-no pins}"; }
+made_for() { printf '%s\n' "$root | ${ROS_IK_PYTHON:-any Python} | ${ROS_DISTRO:-no ROS}${ROS_IK_DISTRO:+, wheels of $ROS_IK_DISTRO} | ${ROS_IK_PINS:-no pins}"; }
 version() { cksum <"$root/setup.cfg"; }
 
 is_installed() {
@@ -142,7 +145,7 @@ pip_install() {
 
 # Lists of setup.cfg, and pins. A sourced ROS brings its own rclpy, built with its own NumPy.
 requirements() {
-    local rclpy=wheels
+    local rclpy=$distro
     ros_is_sourced && rclpy=sourced
     "$venv/bin/python" - "$root/setup.cfg" $rclpy "$@" <<'PYTHON'
 import configparser, sys
@@ -153,6 +156,8 @@ lists = {'package': config['options']['install_requires'], **config['options.ext
 if rclpy == 'sourced':
     import numpy
     lists['ros'] = f'numpy=={numpy.__version__}'
+elif rclpy != 'jazzy':
+    lists['ros'] = lists[rclpy]
 print(*(line for name in names for line in lists[name].splitlines() if line), sep='\n')
 PYTHON
     printf '%s\n' ${ROS_IK_PINS:-}

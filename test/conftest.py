@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 def domain() -> Iterator[int]:
     """Keep this run, and the processes it starts, apart from all other ROS programs."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(ROOT / 'test' / 'fastdds.xml')
+    os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(ROOT / 'test' / 'fastdds.xml')  # known by Jazzy and Kilted
     with own_domain() as number:
         yield number
 

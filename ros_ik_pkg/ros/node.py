@@ -39,6 +39,7 @@ from ros_ik_pkg.ros.output.paths import Paths
 from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.output.publishers import Publishers
 from ros_ik_pkg.ros.output.statuses import key_values, servo_message
+from ros_ik_pkg.ros.runtime.companion_node import let_owner_destroy
 from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
 from ros_ik_pkg.ros.runtime.timers import OneShot, steady_timer
 from ros_ik_pkg.ros.servo.stream import Stream
@@ -59,6 +60,7 @@ class IkNode(Node):
     def __init__(self) -> None:
         # Undeclared ones are refused by Parameters, by name; rclpy's own refusal does not say which.
         super().__init__(topics.NODE_NAME, allow_undeclared_parameters=True)
+        let_owner_destroy(self)
         self._frames = TfFrames(self)
         self._robot_source = RobotSource(self.resolve_topic_name(topics.ROBOT_DESCRIPTION.name))
         joint_states = JointStates(self.resolve_topic_name(topics.JOINT_STATES.name))

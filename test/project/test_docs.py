@@ -14,6 +14,7 @@ import yaml
 from geometry_msgs.msg import PoseStamped
 from launch_stand_in import ros2_launch
 
+from bench.published_robots import ROBOTS
 from ros_ik_pkg.ik import METHODS, OPTIONS, SolveOptions, Status, load_arm, solve
 from ros_ik_pkg.ros.input.pose import target_pose
 from ros_ik_pkg.ros.input.target import Target
@@ -297,6 +298,14 @@ def test_the_tutorial_on_a_failing_pose_shows_a_failure_with_one_cause(tutorial)
     ends = {line.rpartition(' ')[0]: line.split()[-1] for line in lines}
     assert ends['without joint limits'] == ends['position only'] == 'converged'
     assert ends['any rotation about the tool axis'] != 'converged'
+
+
+def test_the_tutorial_on_lerobot_prints_what_it_says(tutorial, tmp_path):
+    (tmp_path / 'docs').mkdir()
+    (tmp_path / 'docs' / 'tutorials').symlink_to(ROOT / 'docs' / 'tutorials')
+    (tmp_path / 'so101.urdf').symlink_to(ROBOTS / 'so_arm_description' / 'urdf' / 'so101.urdf')
+    *_, shown = re.findall(r'(?:^    .*\n)+', TEXT['lerobot.md'], re.M)
+    assert tutorial('lerobot.md').split('\n') == [line.removeprefix('    ') for line in shown.split('\n')]
 
 
 def test_the_statuses_that_the_tutorial_explains_are_those_of_the_solver():

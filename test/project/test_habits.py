@@ -37,6 +37,10 @@ def test_everything_includes_the_api_reference_with_warnings_as_errors():
     assert 'sphinx -W' in (ROOT / 'scripts' / 'docs').read_text()
 
 
+def test_everything_includes_the_node_on_kilted():
+    assert 'ROS_IK_DISTRO=kilted other' in (ROOT / 'scripts' / 'test').read_text().partition('if [[ $all ]]')[2]
+
+
 def test_the_workflow_with_a_full_jazzy_says_that_it_has_not_been_run():
     text = (WORKFLOWS / 'jazzy.yml').read_text()
     assert 'not been run' in text

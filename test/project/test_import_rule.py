@@ -17,12 +17,14 @@ BELOW = {
     'share': set(),
     'methods': set(),
     'ik': {'share', 'methods'},
+    'adapters': {'ik'},
     'compare': {'ik', 'share', 'methods'},
     'ros': {'ik', 'compare', 'share', 'methods'},
     'panel': {'ros', 'compare', 'ik', 'share', 'methods'},
     'tools': {'ros', 'compare', 'ik', 'share', 'methods'},
+    'programs': {'ros', 'panel', 'tools'},
 }
-WITHOUT_ROS = {'share', 'methods', 'ik', 'compare'}
+WITHOUT_ROS = {'share', 'methods', 'ik', 'adapters', 'compare'}
 ROS_LIBRARIES = {'rclpy', 'rcl_interfaces', 'tf2_ros'}
 READERS = {'pinocchio', 'coal', 'hppfcl', 'yaml', 'xml'}
 MODEL_FILES = {

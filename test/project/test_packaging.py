@@ -16,6 +16,7 @@ import pytest
 import yaml
 
 import ros_ik_pkg
+from ros_ik_pkg import programs
 
 pytestmark = pytest.mark.once
 
@@ -127,6 +128,22 @@ def test_console_script_leads_to_a_function(name):
     module, function = entry_points()[name].split(':')
     tree = ast.parse((ROOT / NAME / (module.replace('.', '/') + '.py')).read_text())
     assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def test_a_program_that_needs_ros_names_it_where_it_is_missing(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'ros_ik_pkg.ros', None)
+    assert programs.ik_node() == 1
+    assert 'ros_ik_pkg.ros' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('name', [name for name, place in entry_points().items() if place.startswith('programs:')])
+def test_a_program_that_needs_ros_leads_to_the_main_of_a_module(name, monkeypatch):
+    modules = []
+    monkeypatch.setattr(programs, '_run', lambda module: modules.append(module) or 0)
+    assert getattr(programs, name)() == 0
+    tree = ast.parse((ROOT / NAME / (modules[0].replace('.', '/') + '.py')).read_text())
+    assert 'main' in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert modules[0].split('.')[1] in {name, f'{name}_node'}
 
 
 def test_every_folder_with_code_is_a_package():

@@ -531,6 +531,7 @@ def test_no_robot_is_said_once_when_the_description_is_taken_away_and_comes_back
     assert log.read_text().count('no robot yet') == 1
 
 
+@pytest.mark.filterwarnings('ignore:Deprecated in favor of:DeprecationWarning')  # rclpy of Kilted calls its own warn()
 def test_a_best_effort_publisher_of_targets_is_heard_with_the_override_that_the_warning_names(running, tmp_path):
     name, override = '/deaf/ik_node', 'qos_overrides./deaf/target_pose.subscription.reliability:=best_effort'
     best_effort = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -379,7 +379,7 @@ def test_between_two_slow_targets_a_parameter_is_set_and_health_is_reported(clie
     try:
         client.wait_for(lambda: len(client.results) > began + 60, 'many results')  # so that targets can pile up
         asked = len(client.results)
-        client.set_parameters({'max_attempts': 7})
+        client.set_parameters({'max_attempts': 499})  # of a few the last descends another way, and is fast
         assert len(client.results) - asked <= 5
         client.wait_for(lambda: len(client.results) > began + 120, 'many results')
     finally:

@@ -186,6 +186,27 @@ def test_another_interpreter_gets_an_environment_of_its_own_making(setup):
     assert not (setup.venv / 'old').exists()
 
 
+def test_another_distribution_gets_an_environment_of_its_own_making(setup):
+    setup.run('ros')
+    (setup.venv / 'old').touch()
+    setup.run('ros', ROS_IK_DISTRO='kilted')
+    assert not (setup.venv / 'old').exists()
+
+
+@pytest.mark.parametrize(('distro', 'other'), [('jazzy', 'kilted'), ('kilted', 'jazzy')])
+def test_the_wheels_of_ros_are_those_of_the_distribution(setup, distro, other):
+    (setup.venv / 'bin').mkdir(parents=True)
+    (setup.venv / 'bin' / 'python').symlink_to(sys.executable)
+    setup.script.write_text(SCRIPT.replace('use_python "$@"', 'requirements ros; exit'))
+    listed = setup.run(ROS_IK_DISTRO=distro).stdout
+    assert f'ros-{distro}-rclpy' in listed and other not in listed
+
+
+def test_a_distribution_without_wheels_is_refused(setup):
+    done = setup.run('ros', ROS_IK_DISTRO='humble')
+    assert done.returncode == 1 and 'jazzy and kilted have' in done.stderr
+
+
 def test_a_failed_installation_shows_what_pip_said(setup):
     setup.interpreter.write_text(FAKE_PYTHON.replace('echo installed', 'echo no such package; exit 1; echo'))
     done = setup.run('ros')

@@ -145,7 +145,7 @@ def test_an_indefinite_matrix_with_a_positive_diagonal_has_no_factors():
 
 
 @law
-@given(SEEDS, st.integers(1, 5))
-def test_a_gram_matrix_of_less_than_full_rank_has_no_factors(seed, rank):
+@given(SEEDS, st.integers(1, 4))  # of rank 5 a fifteenth has them: what rounding leaves of the only zero is not small
+def test_a_gram_matrix_of_much_less_than_full_rank_has_no_factors(seed, rank):
     J = random_jacobian(np.random.default_rng(seed), 7, rank)
     assert not factor(gram(np.ascontiguousarray(J.T), (0.0,) * 6))[0]
