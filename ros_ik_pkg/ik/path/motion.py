@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.path.edges import rotation_vectors
 from ros_ik_pkg.ik.path.figures import line_errors
-from ros_ik_pkg.ik.path.joint_path import JointPath, Problem
+from ros_ik_pkg.ik.path.joint_path import JointPath
+from ros_ik_pkg.ik.path.path_options import PathOptions
+from ros_ik_pkg.ik.path.problem import Problem
 from ros_ik_pkg.ik.path.timing import time_path
 
 CORNER = 0.3  # rad between two steps of the joints: a sharper corner is not rounded, the joints rest there
@@ -33,7 +36,7 @@ class Motion:
 def make_motion(problem: Problem, path: JointPath) -> Motion:
     """Time a joint path of two rows or more."""
     q, rows = path.q, len(path.q)
-    velocity, acceleration = joint_limits(problem)
+    velocity, acceleration = motion_limits(problem.arm, problem.path)
     steps = np.diff(q, axis=0)
     least = _least_durations(problem, path)
     still = np.abs(steps).max(axis=1) <= STILL
@@ -43,7 +46,7 @@ def make_motion(problem: Problem, path: JointPath) -> Motion:
     stops[[0, -1]] = True
     stops[1:-1] = bend > CORNER
     stops[:-1][still] = stops[1:][still] = True
-    changed = np.array(path.reconfigurations, dtype=np.int64)
+    changed = np.array([0, *path.reconfigurations] if path.led else path.reconfigurations, dtype=np.int64)
     stops[changed] = stops[changed + 1] = True
     poses = np.ascontiguousarray(path.poses).reshape(-1, 4)
     turns = rotation_vectors(poses)
@@ -62,10 +65,11 @@ def make_motion(problem: Problem, path: JointPath) -> Motion:
     return Motion(durations, v, a, stops, errors, slowed)
 
 
-def joint_limits(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-    """Return velocity and acceleration limits (n,) to be kept, all finite."""
-    velocity = np.where(np.isfinite(problem.arm.velocity_limits), problem.arm.velocity_limits, UNKNOWN_VELOCITY)
-    return velocity, np.array(problem.path.acceleration_limits or velocity / RAMP)
+def motion_limits(arm: Arm, path: PathOptions) -> tuple[np.ndarray, np.ndarray]:
+    """Return velocity and acceleration limits (n,) that a motion keeps, all finite [rad/s, m/s], [rad/s^2, m/s^2]."""
+    velocity = np.where(np.isfinite(arm.velocity_limits), arm.velocity_limits, UNKNOWN_VELOCITY)
+    acceleration = np.minimum(arm.acceleration_limits, path.acceleration_limits or np.inf)
+    return velocity, np.where(np.isfinite(acceleration), acceleration, velocity / RAMP)
 
 
 def _least_durations(problem: Problem, path: JointPath) -> np.ndarray:

@@ -15,10 +15,11 @@ from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.path.breaks import find_break
 from ros_ik_pkg.ik.path.figures import pose_figures
-from ros_ik_pkg.ik.path.joint_path import Clear, Problem, follow
+from ros_ik_pkg.ik.path.joint_path import follow
 from ros_ik_pkg.ik.path.motion import Motion, make_motion
 from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.path_solution import PathSolution
+from ros_ik_pkg.ik.path.problem import Clear, Problem
 from ros_ik_pkg.ik.path.waypoints import Samples, read_poses, read_stamps, sample_path
 from ros_ik_pkg.ik.world import World
 
@@ -61,7 +62,7 @@ def solve_path(
         Called with joint positions (k, n), returns (k,) bool: whether each is free of contact. Default: free of contact
         with the arm itself and the world, if avoid_collisions is on and the robot has shapes.
     progress : callable, optional
-        Called with the number of samples done since the last call.
+        Called with the number of samples done since the last call, also with 0 while the route is sought.
     world : World, optional
         What the arm must stay clear of besides itself.
 
@@ -100,6 +101,7 @@ def solve_path(
         base_from_tip=joints.poses,
         reconfigurations=tuple(joints.reconfigurations),
         stops=tuple(map(int, np.flatnonzero(motion.stops))),
+        led=joints.led,
         slowed=motion.slowed,
         breaks=breaks,
         position_error=figures[:, 0],
