@@ -35,6 +35,7 @@ setup(
             f'compile = {NAME}.ik.compilation:main',
             f'demo = {NAME}.tools.demo:main',
             f'send_target = {NAME}.tools.send_target:main',
+            f'path = {NAME}.tools.path:main',
             f'send_path = {NAME}.tools.send_path:main',
             f'teleop = {NAME}.tools.teleop:main',
             f'set_param = {NAME}.tools.set_param:main',

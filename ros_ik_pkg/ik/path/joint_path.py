@@ -54,14 +54,26 @@ def follow(problem: Problem) -> JointPath:
         parts.append(_cut(problem, stretch, int(sample[first])))
     path.q, path.sample, path.poses = (np.concatenate(rows) for rows in zip(*parts))
     path.reconfigurations = [int(row) for row in np.cumsum([len(part[0]) for part in parts])[:-1] - 1]
-    touched = first_contact(problem, path.q)  # smoothing and cutting moved the rows a little
-    if touched is not None:
-        path.reached, path.late, path.why = int(path.sample[touched]) + 1, False, IN_CONTACT
-        path.q, path.sample, path.poses = (rows[: touched + 1] for rows in (path.q, path.sample, path.poses))
-        path.reconfigurations = [row for row in path.reconfigurations if row < touched]
-    if problem.path.lead_in and len(problem.seed) and np.abs(path.q[0] - problem.seed).max() > THERE:
+    _end_before_faults(problem, path)
+    if problem.path.lead_in and len(problem.seed) and len(path.q) and np.abs(path.q[0] - problem.seed).max() > THERE:
         _lead_in(problem, path)
     return path
+
+
+def _end_before_faults(problem: Problem, path: JointPath) -> None:
+    """Leave out what cutting and smoothing, which move the rows a little, have brought beyond a limit or into contact."""
+    lower, upper = problem.limits
+    beyond = np.flatnonzero(((path.q < lower) | (path.q > upper)).any(axis=1))
+    last = first_contact(problem, path.q)
+    why, reason = IN_CONTACT, BreakReason.CONTACT
+    if len(beyond) and (last is None or beyond[0] <= last):
+        last, why, reason = int(beyond[0]) - 1, 'a joint comes to its limit before {where}', BreakReason.LIMIT
+    if last is None:
+        return
+    path.reached = int(path.sample[last]) + 1 if last >= 0 else 0
+    path.late, path.why, path.reason = False, why, reason
+    path.q, path.sample, path.poses = (rows[: last + 1] for rows in (path.q, path.sample, path.poses))
+    path.reconfigurations = [row for row in path.reconfigurations if row < last]
 
 
 def _lead_in(problem: Problem, path: JointPath) -> None:

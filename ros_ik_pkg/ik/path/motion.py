@@ -56,6 +56,7 @@ def make_motion(problem: Problem, path: JointPath) -> Motion:
         errors = line_errors(problem.model, problem.continuing, poses, turns, q, durations, v, a)
         errors[changed] = 0.0
         bad = (errors[:, 0] > problem.path.tolerance) | (errors[:, 1] > problem.path.angle_tolerance)
+        bad |= _overshoots(q, durations, v, a, problem.limits)
         more = _more_stops(bad, stops, bend)
         if not len(more):
             break
@@ -78,6 +79,21 @@ def _least_durations(problem: Problem, path: JointPath) -> np.ndarray:
         return np.zeros(len(path.q) - 1)
     at = np.concatenate([[0.0], np.cumsum(problem.least)])
     return np.diff(np.interp(path.sample, np.arange(len(at)), at))
+
+
+def _overshoots(
+    q: np.ndarray, durations: np.ndarray, v: np.ndarray, a: np.ndarray, limits: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Return (N - 1,): whether a joint may leave its limits in an interval, which it does not from rest to rest.
+
+    A polynomial stays within the range of its coefficients in Bernstein form.
+    """
+    h, (lower, upper) = durations[:, None], limits
+    coefficients = np.stack([
+        q[:-1] + 0.2 * h * v[:-1], q[:-1] + 0.4 * h * v[:-1] + 0.05 * h * h * a[:-1],
+        q[1:] - 0.4 * h * v[1:] + 0.05 * h * h * a[1:], q[1:] - 0.2 * h * v[1:],
+    ])  # fmt: skip
+    return ((coefficients < lower) | (coefficients > upper)).any(axis=(0, 2))
 
 
 def _bends(steps: np.ndarray) -> np.ndarray:

@@ -93,6 +93,19 @@ class PathSolution:
         """Rows from which the joints get to the next in a straight line of their own, wherever that leads the tip."""
         return (0, *self.reconfigurations) if self.led else self.reconfigurations
 
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return the joint positions (k, n) of the motion at times (k,) [s]; before its start and after its end those
+        of its ends."""
+        when = np.clip(times, 0.0, self.times[-1])
+        row = np.clip(np.searchsorted(self.times, when, side='right') - 1, 0, len(self.times) - 2)
+        h, t = (self.times[row + 1] - self.times[row])[:, None], (when - self.times[row])[:, None]
+        p, v, a = self.q[row], self.velocities[row], self.accelerations[row]
+        d = self.q[row + 1] - p - h * (v + 0.5 * h * a)
+        e, f = h * (self.velocities[row + 1] - v - h * a), h * h * (self.accelerations[row + 1] - a)
+        s = t / h
+        rest = s**3 * (10.0 * d - 4.0 * e + 0.5 * f + s * (-15.0 * d + 7.0 * e - f + s * (6.0 * d - 3.0 * e + 0.5 * f)))
+        return p + t * (v + 0.5 * t * a) + rest
+
     @property
     def length(self) -> float:
         """Sum of the joint steps (L2) [rad, m]."""
