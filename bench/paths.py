@@ -66,7 +66,7 @@ def optimum_rows(count: int, poses: int = 200) -> list[tuple[object, ...]]:
             reached = poses if ours.complete else round(ours.breaks[0].place)
             for times in FINER:
                 fine = finer(path, times)
-                branches, _ = closed_form_branches(python, arm, fine)
+                branches, _ = closed_form_branches(python, 'eaik', arm, fine)
                 fewest, least = judge_path(arm, fine, branches, PathOptions().tolerance, PathOptions().angle_tolerance)
                 fewest = fewest[::times]  # of the poses given
                 least = least[::times]

@@ -13,7 +13,7 @@ from ros_ik_pkg.ik.kinematics.task import look, look_at_error, make_task
 from ros_ik_pkg.ik.path.edges import pose_between
 from ros_ik_pkg.ik.path.timing import quintic
 
-PLACES = 4  # parts of an interval at whose ends the tip is compared with its line
+PLACES = 8  # parts of an interval at whose ends the tip is compared with its line
 NEAREST_STEPS = 3  # corrections of the place on the line that is nearest the tip
 
 

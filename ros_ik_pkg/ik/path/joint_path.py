@@ -61,7 +61,7 @@ def follow(problem: Problem) -> JointPath:
 
 
 def _end_before_faults(problem: Problem, path: JointPath) -> None:
-    """Leave out what cutting and smoothing, which move the rows a little, have brought beyond a limit or into contact."""
+    """Leave out what cutting and smoothing, which move rows a little, have brought beyond a limit or into contact."""
     lower, upper = problem.limits
     beyond = np.flatnonzero(((path.q < lower) | (path.q > upper)).any(axis=1))
     last = first_contact(problem, path.q)

@@ -17,6 +17,7 @@ from ros_ik_pkg.ik.path.timing import time_path
 CORNER = 0.3  # rad between two steps of the joints: a sharper corner is not rounded, the joints rest there
 UNKNOWN_VELOCITY = 1.0  # rad/s or m/s, for joints without a velocity limit
 RAMP = 0.5  # s in which a joint gets to its velocity limit, if no acceleration limits are known
+SHARE = 0.95  # of the tolerances at the places where the tip is compared with its line, the rest is for between them
 STILL = 1e-9  # rad or m: between such rows nothing moves
 WAIT = 1e-3  # s that they take
 
@@ -55,7 +56,7 @@ def make_motion(problem: Problem, path: JointPath) -> Motion:
         durations, v, a = time_path(q, stops, least, velocity, acceleration)
         errors = line_errors(problem.model, problem.continuing, poses, turns, q, durations, v, a)
         errors[changed] = 0.0
-        bad = (errors[:, 0] > problem.path.tolerance) | (errors[:, 1] > problem.path.angle_tolerance)
+        bad = (errors[:, 0] > SHARE * problem.path.tolerance) | (errors[:, 1] > SHARE * problem.path.angle_tolerance)
         bad |= _overshoots(q, durations, v, a, problem.limits)
         more = _more_stops(bad, stops, bend)
         if not len(more):
