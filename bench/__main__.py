@@ -39,6 +39,8 @@ def main() -> int:
             return measure_zoo(arguments.zoo)
         if arguments.collision:
             return measure_collision(arguments.collision)
+        if arguments.check_paths:
+            return check_paths(arguments.check_paths)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
@@ -63,6 +65,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--check', type=_positive, metavar='N')
     parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--collision', type=_positive, metavar='N')
+    parser.add_argument('--check-paths', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -111,6 +114,15 @@ def measure_collision(count: int) -> int:
 
     rows, wrong = collision_rows(count)
     print(markdown([COLLISION_HEAD, *rows]))
+    return int(wrong > 0)
+
+
+def check_paths(count: int) -> int:
+    """Follow N random paths and judge every motion; 1 if one violates a limit, leaves its line or touches."""
+    from bench.path_check import CHECK_HEAD, check_rows
+
+    rows, wrong = check_rows(count)
+    print(markdown([CHECK_HEAD, *rows]))
     return int(wrong > 0)
 
 
