@@ -36,6 +36,14 @@ class JointPath:
     reconfigurations: list[int] = field(default_factory=list)  # rows after which the next is at the same pose
     led: bool = False  # whether the first row is where the joints are, off the path
 
+    def end_at(self, row: int, why: str, reason: BreakReason) -> None:
+        """Leave out all after a row, -1 for all."""
+        self.reached = int(self.sample[row]) + 1 if row >= 0 else 0
+        self.late, self.why, self.reason = False, why, reason
+        self.q, self.sample, self.poses = (rows[: row + 1] for rows in (self.q, self.sample, self.poses))
+        self.reconfigurations = [before for before in self.reconfigurations if before < row]
+        self.led = self.led and row > 0
+
 
 def follow(problem: Problem) -> JointPath:
     """Find joint positions for as many samples as can be followed."""
@@ -68,12 +76,8 @@ def _end_before_faults(problem: Problem, path: JointPath) -> None:
     why, reason = IN_CONTACT, BreakReason.CONTACT
     if len(beyond) and (last is None or beyond[0] <= last):
         last, why, reason = int(beyond[0]) - 1, 'a joint comes to its limit before {where}', BreakReason.LIMIT
-    if last is None:
-        return
-    path.reached = int(path.sample[last]) + 1 if last >= 0 else 0
-    path.late, path.why, path.reason = False, why, reason
-    path.q, path.sample, path.poses = (rows[: last + 1] for rows in (path.q, path.sample, path.poses))
-    path.reconfigurations = [row for row in path.reconfigurations if row < last]
+    if last is not None:
+        path.end_at(last, why, reason)
 
 
 def _lead_in(problem: Problem, path: JointPath) -> None:
@@ -82,11 +86,11 @@ def _lead_in(problem: Problem, path: JointPath) -> None:
     lower, upper = problem.limits
     outside = bool(np.any((problem.seed < lower) | (problem.seed > upper)))
     if outside or first_contact(problem, q[:2]) is not None:
-        path.q, path.sample, path.poses = path.q[:0], path.sample[:0], path.poses[:0]
-        path.reached, path.late, path.reconfigurations = 0, False, []
-        path.why = 'the straight motion of the joints from where they are to {where} is in contact'
         if outside:
-            path.why, path.reason = 'the joints are beyond their limits, no motion leads to {where}', BreakReason.LIMIT
+            path.end_at(-1, 'the joints are beyond their limits, no motion leads to {where}', BreakReason.LIMIT)
+        else:
+            path.end_at(-1, 'the straight motion of the joints from where they are to {where} is in contact',
+                        BreakReason.CONTACT)  # fmt: skip
         return
     path.q, path.sample = q, np.concatenate([path.sample[:1], path.sample])
     path.poses = np.concatenate([problem.arm.forward(problem.seed)[None], path.poses])
