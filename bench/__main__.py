@@ -140,6 +140,11 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
     if arguments.path:
         text = 'Reconfigurations beside the fewest over all branches of EAIK; numbers of paths.'
         report.add('Paths: the optimum', text, [OPTIMUM_HEAD, *optimum_rows(max(1, arguments.count // 20))])
+        from bench.path_peers import PEERS_HEAD, peer_rows
+
+        rows, notes = peer_rows(arguments.robots, max(1, arguments.count // 100))
+        text = '500 poses each, from the same start. A step above 0.3 rad counts as a reconfiguration. '
+        report.add('Paths: beside others', text + ' '.join(notes), [PEERS_HEAD, *rows])
         text = 'solve_path with times, time that the core was busy.'
         report.add('Paths: time', text, [SPEED_HEAD, *speed_rows(arguments.robots)])
     if arguments.ros:
