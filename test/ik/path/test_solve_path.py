@@ -299,6 +299,18 @@ def test_acceleration_limits_of_the_robot_are_kept(ur5):
     assert solution.complete and (np.abs(motion(grid, 2)) <= most).all()
 
 
+def test_a_joint_that_turns_back_at_its_limit_does_not_swing_beyond_it(ur5):
+    poses = rectangle(ur5, UR5_START)
+    free = solve_path(ur5, poses, UR5_START, path=PathOptions(**CALM))
+    tight = replace(ur5, lower=free.q.min(axis=0), upper=free.q.max(axis=0))
+    assert (free.at(np.linspace(0.0, free.times[-1], 20000)) > tight.upper + 1e-9).any()
+    solution = solve_path(tight, poses, UR5_START, path=PathOptions(**CALM))
+    assert len(solution.q) > 10 and len(solution.stops) > len(free.stops)
+    motion, grid = motion_of(solution)
+    q = motion(np.interp(np.arange(5 * len(grid)) / 5.0, np.arange(len(grid)), grid))
+    assert (q >= tight.lower - 1e-12).all() and (q <= tight.upper + 1e-12).all()
+
+
 def test_what_is_not_clear_is_left_out(ur5):
     poses = rectangle(ur5, UR5_START)
 
