@@ -48,6 +48,7 @@ setup(
     entry_points={
         'console_scripts': [
             f'compile = {NAME}.ik.compilation:main',
+            f'path = {NAME}.tools.path:main',
             f'reach = {NAME}.tools.reach:main',
             f'compare = {NAME}.compare.command:main',
             f'ik_node = {NAME}.programs:ik_node',

@@ -42,6 +42,8 @@ def main() -> int:
             return measure_zoo(arguments.zoo)
         if arguments.collision:
             return measure_collision(arguments.collision)
+        if arguments.check_paths:
+            return check_paths(arguments.check_paths)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
@@ -66,6 +68,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--check', type=_positive, metavar='N')
     parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--collision', type=_positive, metavar='N')
+    parser.add_argument('--check-paths', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -118,6 +121,15 @@ def measure_collision(count: int) -> int:
     return int(wrong > 0)
 
 
+def check_paths(count: int) -> int:
+    """Follow N random paths and judge every motion; 1 if one violates a limit, leaves its line or touches."""
+    from bench.path_check import CHECK_HEAD, check_rows
+
+    rows, wrong = check_rows(count)
+    print(markdown([CHECK_HEAD, *rows]))
+    return int(wrong > 0)
+
+
 def measure(arguments: argparse.Namespace, report: Report) -> None:
     """Fill the report."""
     if arguments.peers or not any(getattr(arguments, flag) for flag in SECTIONS):
@@ -132,6 +144,11 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
     if arguments.path:
         text = 'Reconfigurations beside the fewest over all branches of EAIK; numbers of paths.'
         report.add('Paths: the optimum', text, [OPTIMUM_HEAD, *optimum_rows(max(1, arguments.count // 20))])
+        from bench.path_peers import PEERS_HEAD, peer_rows
+
+        rows, notes = peer_rows(arguments.robots, max(1, arguments.count // 100))
+        text = '500 poses each, from the same start. A step above 0.3 rad counts as a reconfiguration. '
+        report.add('Paths: beside others', text + ' '.join(notes), [PEERS_HEAD, *rows])
         text = 'solve_path with times, time that the core was busy.'
         report.add('Paths: time', text, [SPEED_HEAD, *speed_rows(arguments.robots)])
     if arguments.lifts:

@@ -61,7 +61,7 @@ def _measure(
     """Solve targets that a clear configuration reaches, in turns with and without the check and by rejection."""
     room = arm.contacts.room(world)
     judge = make_judge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
-    _add_room(judge, arm, room, world)
+    add_room(judge, arm, room, world)
     q = configurations(arm, 4 * count, seed=11)
     q = q[contacts_of(room.packed, q, SURE) < 0][:count]
     targets = np.array([arm.forward(row) for row in q])
@@ -91,7 +91,7 @@ def _measure(
     return row, touching['with']
 
 
-def _add_room(judge: UrdfJudge, arm: Arm, room: Room, world: World) -> None:
+def add_room(judge: UrdfJudge, arm: Arm, room: Room, world: World) -> None:
     """Put floor and boxes into the judge, against the links that move."""
     partners = {name: [] for name in ('floor', *(obstacle.name for obstacle in world.obstacles))}
     for pair in room.pairs:

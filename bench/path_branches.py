@@ -1,37 +1,55 @@
-"""All branches of many poses by EAIK's closed form, in the environment of the peers: reads and writes .npz files."""
+"""All solutions of many poses by a closed form, in the environment of the peers: reads and writes files."""
 
 from __future__ import annotations
 
+import json
 import sys
 import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from eaik.IK_Homogeneous import HomogeneousRobot
 
-MOST = 16
+from bench.peer_closed_forms import make_eaik, make_ssik
+from bench.solver import Model, UnsupportedError
+
+MOST = 64
 EXACT = 1e-6  # largest component of the difference of two poses
 
 
 def main() -> None:
-    """Read transforms (n + 1, 4, 4) and poses (N, 4, 4); write branches (N, MOST, n), counts (N,) and seconds."""
-    source, target = sys.argv[1:]
-    given = np.load(source)
-    frames = [np.eye(4)]
-    for transform in given['transforms']:
-        frames.append(frames[-1] @ transform)
-    robot = HomogeneousRobot(np.array(frames[1:]))
-    if not robot.hasKnownDecomposition():
-        sys.exit(f'EAIK knows no closed form of this arm ({robot.getKinematicFamily()})')
-    poses = given['poses']
-    branches, counts = np.zeros((len(poses), MOST, len(frames) - 2)), np.zeros(len(poses), np.int64)
+    """Read a model (.json) and poses (.npy) (N, 4, 4); write branches (N, MOST, n), counts (N,) and seconds (.npz)."""
+    library, model_file, source, target = sys.argv[1:]
+    model = Model(**json.loads(Path(model_file).read_text()))
+    try:
+        solutions = {'eaik': eaik_solutions, 'ssik': ssik_solutions}[library](model)
+    except UnsupportedError as error:
+        sys.exit(f'{library} {error}')
+    poses = np.load(source)
+    branches, counts = np.zeros((len(poses), MOST, len(model.lower))), np.zeros(len(poses), np.int64)
+    solutions(poses[0])
     began = time.perf_counter()
     for k, pose in enumerate(poses):
-        result = robot.IK(pose)
-        for q in result.Q:
-            if np.abs(robot.fwdKin(np.asarray(q)) - pose).max() < EXACT:
-                branches[k, counts[k]] = q
-                counts[k] += 1
+        found = solutions(pose)[:MOST]
+        branches[k, : len(found)], counts[k] = found or 0.0, len(found)
     np.savez(target, branches=branches, counts=counts, seconds=time.perf_counter() - began)
+
+
+def eaik_solutions(model: Model) -> Callable[[np.ndarray], list[Any]]:
+    """Return what finds all branches of a pose, limits aside; those that are not exact are left out."""
+    robot = make_eaik(model, {})['EAIK'].robot
+
+    def solutions(pose: np.ndarray) -> list[Any]:
+        return [q for q in robot.IK(pose).Q if np.abs(robot.fwdKin(np.asarray(q)) - pose).max() < EXACT]
+
+    return solutions
+
+
+def ssik_solutions(model: Model) -> Callable[[np.ndarray], list[Any]]:
+    """Return what finds all solutions of a pose that ssik enumerates, within the limits."""
+    module = make_ssik(model, {})['ssik'].module
+    return lambda pose: [solution.q for solution in module.solve(pose)]
 
 
 if __name__ == '__main__':

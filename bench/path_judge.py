@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import json
 import subprocess
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
 from bench.judge import Judge
+from bench.model import make_model
 from bench.process import ROOT
 from ros_ik_pkg.ik import Arm
 
@@ -19,14 +22,15 @@ LONGEST_STEP = 0.5  # rad of a joint between two poses that the judge takes for 
 TIMEOUT = 600.0  # s
 
 
-def closed_form_branches(python: str, arm: Arm, poses: np.ndarray) -> tuple[list[np.ndarray], float]:
-    """Return the branches (b, n) of each pose by EAIK, in the environment of the peers, and the seconds it took."""
-    transforms = np.tile(np.eye(4), (len(arm.placements), 1, 1))
-    transforms[:, :3, :3], transforms[:, :3, 3] = arm.placements[:, :9].reshape(-1, 3, 3), arm.placements[:, 9:]
+def closed_form_branches(
+    python: str, library: str, arm: Arm, poses: np.ndarray
+) -> tuple[list[np.ndarray], float]:
+    """Return the branches (b, n) of each pose by EAIK or ssik, in the peers' environment, and the seconds it took."""
     with tempfile.TemporaryDirectory() as folder:
-        source, target = Path(folder, 'poses.npz'), Path(folder, 'branches.npz')
-        np.savez(source, transforms=transforms, poses=poses)
-        command = [python, '-m', 'bench.path_branches', str(source), str(target)]
+        model, source, target = (str(Path(folder, name)) for name in ('model.json', 'poses.npy', 'branches.npz'))
+        Path(model).write_text(json.dumps(asdict(make_model(arm, arm.name, Path(folder)))))
+        np.save(source, poses)
+        command = [python, '-W', 'ignore', '-m', 'bench.path_branches', library, model, source, target]
         subprocess.run(command, check=True, cwd=ROOT, timeout=TIMEOUT)
         found = np.load(target)
         return [q[:count] for q, count in zip(found['branches'], found['counts'])], float(found['seconds'])

@@ -51,7 +51,7 @@ def random_path(arm: Arm, random: np.random.Generator, count: int) -> np.ndarray
     return poses
 
 
-def optimum_rows(count: int, poses: int = 200) -> list[tuple[object, ...]]:
+def optimum_rows(count: int, poses: int = 200) -> list[tuple[str, ...]]:
     """Compare `count` random paths for each arm with dynamic programming over all branches of EAIK."""
     python, faults = make_environment()
     if 'eaik' in faults:
@@ -66,7 +66,7 @@ def optimum_rows(count: int, poses: int = 200) -> list[tuple[object, ...]]:
             reached = poses if ours.complete else round(ours.breaks[0].place)
             for times in FINER:
                 fine = finer(path, times)
-                branches, _ = closed_form_branches(python, arm, fine)
+                branches, _ = closed_form_branches(python, 'eaik', arm, fine)
                 fewest, least = judge_path(arm, fine, branches, PathOptions().tolerance, PathOptions().angle_tolerance)
                 fewest = fewest[::times]  # of the poses given
                 least = least[::times]
@@ -81,11 +81,12 @@ def optimum_rows(count: int, poses: int = 200) -> list[tuple[object, ...]]:
             gap = len(ours.reconfigurations) - int(known)
             same, fewer, more = same + (gap == 0), fewer + (gap < 0), more + (gap > 0)
             longer += bool(known == 0 and ours.length > 1.01 * least[reached - 1])
-        rows.append((name, count, poses, same, fewer, more, longer, nearer))
+        figures = count, poses, same, fewer, more, longer, nearer
+        rows.append((name, *map(str, figures)))
     return rows
 
 
-def speed_rows(robots: Sequence[str]) -> list[tuple[object, ...]]:
+def speed_rows(robots: Sequence[str]) -> list[tuple[str, ...]]:
     """Time paths of several lengths, the median of RUNS by the time that the core was busy; beside them a greedy loop
     that solves pose after pose from the answer before it, in turns."""
     rows = []
@@ -106,6 +107,6 @@ def speed_rows(robots: Sequence[str]) -> list[tuple[object, ...]]:
                     q = solve(arm, pose, q, SolveOptions(choice='nearest', deadline=0.0)).q
                 greedy.append(time.thread_time() - began)
             middle = float(np.median(whole))
-            rows.append((name, count, f'{1e3 * middle:.1f}', f'{1e6 * middle / count:.0f}',
+            rows.append((name, str(count), f'{1e3 * middle:.1f}', f'{1e6 * middle / count:.0f}',
                          f'{1e3 * float(np.median(greedy)):.1f}'))  # fmt: skip
     return rows

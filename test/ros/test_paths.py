@@ -45,7 +45,7 @@ def client(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def same_state(client):
-    client.set_parameters({'path.tool_speed': 0.0, 'path.max_reconfigurations': 0, 'velocity_scale': 1.0})
+    client.set_parameters({'path.tool_speed': 0.0, 'path.lead_in': False, 'velocity_scale': 1.0})
     client.send_joint_state(joint_state(ARM.joint_names, START))
 
 
@@ -110,6 +110,37 @@ def test_stamps_of_the_poses_are_times_to_keep(client):
     path.poses[2].header.stamp.sec = 101
     reply = client.solve_path(path, TIMEOUT)
     assert not reply.solved and 'run back: pose 2' in reply.message
+
+
+def test_the_motion_leads_to_the_start_first_if_that_is_asked_for(client):
+    away = START + 0.1
+    client.send_joint_state(joint_state(ARM.joint_names, away))
+    plain = client.solve_path(path_of(line(0.1)), TIMEOUT)
+    assert float(plain.figures['start_distance']) == pytest.approx(0.1, abs=1e-5)
+    client.set_parameters({'path.lead_in': True})
+    led = client.solve_path(path_of(line(0.1)), TIMEOUT)
+    assert led.solved, led.message
+    q, v, _ = points_of(led.trajectory)
+    np.testing.assert_allclose(q[0], away, atol=1e-12)
+    np.testing.assert_allclose(q[1:], points_of(plain.trajectory)[0], atol=1e-9)
+    assert (v[1] == 0.0).all() and times_of(led.trajectory)[1] > 0.1
+
+
+def test_markers_show_speed_and_where_the_arm_comes_near_a_singularity(client):
+    near = np.array([0.3, -1.2, 1.5, 0.2, 0.02, 0.1])
+    client.send_joint_state(joint_state(ARM.joint_names, near))
+    pose = ARM.forward(near)
+    poses = [pose.copy(), pose.copy()]
+    for end, sign in zip(poses, (-1.0, 1.0)):
+        end[:2, 3] += [0.1 * sign, 0.03 * sign]
+    client.markers.clear()
+    reply = client.solve_path(path_of(poses), TIMEOUT)
+    assert reply.solved, reply.message
+    client.wait_for(lambda: client.markers, 'markers')
+    line_of, halo = (next(m for m in client.markers[-1].markers if m.ns == ns) for ns in ('path', 'singularity'))
+    assert len(line_of.points) == len(line_of.colors) == len(halo.colors) == len(reply.trajectory.points)
+    shown = [colour.a > 0.0 for colour in halo.colors]
+    assert any(shown) and min(colour.g for colour in halo.colors) < 0.3
 
 
 def test_poses_may_be_in_different_frames(client):

@@ -12,14 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from ros_ik_pkg.tools import demo, send_path, send_target, set_param, teleop
+from ros_ik_pkg.tools import demo, path, send_path, send_target, set_param, teleop
 
 pytestmark = pytest.mark.once
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = sorted(path.name for path in (ROOT / 'scripts').iterdir() if os.access(path, os.X_OK))
 PROGRAMS = {
-    'demo': demo, 'send_path': send_path, 'send_target': send_target, 'set_param': set_param, 'teleop': teleop
+    'demo': demo, 'path': path, 'send_path': send_path, 'send_target': send_target, 'set_param': set_param,
+    'teleop': teleop,
 }  # fmt: skip
 BARE = {'PATH': '/usr/bin:/bin', 'HOME': '/nonexistent'}
 

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ros_ik_pkg.ik.path.joint_path import TURN, JointPath, Problem
+from ros_ik_pkg.ik.path.joint_path import JointPath
 from ros_ik_pkg.ik.path.path_solution import BreakReason, PathBreak
+from ros_ik_pkg.ik.path.problem import TURN, Problem
 from ros_ik_pkg.ik.solver import solve
 from ros_ik_pkg.ik.text import list_names
 
@@ -36,6 +37,8 @@ def find_break(problem: Problem, path: JointPath) -> PathBreak:
                              f'{whole.orientation_error:.3g} rad are left')
         return PathBreak(place, BreakReason.LIMIT,
                          f'{where} cannot be reached within the limits{_beyond(problem, outside.q)}')
+    if path.why:
+        return PathBreak(place, path.reason, path.why.format(where=where))
     if not len(path.q):
         return PathBreak(place, BreakReason.CONTACT, f'every solution of {where} is in contact')
     ahead = solve(problem.arm, pose, seed, replace(free, max_attempts=1))

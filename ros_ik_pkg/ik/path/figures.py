@@ -6,14 +6,14 @@ import numpy as np
 
 from ros_ik_pkg.ik.descent.recorder import singular_figures
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
-from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, unpack_model
+from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, tuning_of, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kinematics.task import look, look_at_error, make_task
-from ros_ik_pkg.ik.path.edges import TASK_FRAME, pose_between
+from ros_ik_pkg.ik.path.edges import pose_between
 from ros_ik_pkg.ik.path.timing import quintic
 
-PLACES = 4  # parts of an interval at whose ends the tip is compared with its line
+PLACES = 8  # parts of an interval at whose ends the tip is compared with its line
 NEAREST_STEPS = 3  # corrections of the place on the line that is nearest the tip
 
 
@@ -35,7 +35,7 @@ def _pose_figures(model, numbers, poses, q, out, memory):
     )
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
     for k in range(len(q)):
-        task = make_task(shaped(poses, 16 * k, (4, 4)), weights, tolerances, numbers[TASK_FRAME])
+        task = make_task(shaped(poses, 16 * k, (4, 4)), weights, tolerances, tuning_of(numbers).task_frame)
         assign(work.weights, weights)
         assign(work.q, q[k])
         out[k, 0], out[k, 1], _, _ = look(geometry, task, work)
@@ -53,7 +53,8 @@ def line_errors(model, numbers, poses, turns, q, durations, v, a):
 
 @kernel
 def _line_errors(model, numbers, poses, turns, q, durations, v, a, out, memory):
-    """Do what line_errors says: the line is compared at the place that is nearest to the tip."""
+    """Do what line_errors says: the tip is compared with the place on its line that is nearest to it; if the task
+    leaves its position free, with the place that the joints have come to."""
     geometry, _, _ = unpack_model(model)
     n, size = q.shape[1], buffer_size(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (size,))
@@ -62,6 +63,7 @@ def _line_errors(model, numbers, poses, turns, q, durations, v, a, out, memory):
     )
     pose = shaped(memory, 3 + size, (4, 4))
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
+    placed = weights[0] > 0.0 and weights[1] > 0.0 and weights[2] > 0.0
     for k in range(len(durations)):
         start, end = shaped(poses, 16 * k, (4, 4)), shaped(poses, 16 * k + 16, (4, 4))
         length = 0.0
@@ -77,10 +79,10 @@ def _line_errors(model, numbers, poses, turns, q, durations, v, a, out, memory):
             fraction = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
             for step in range(NEAREST_STEPS):
                 pose_between(poses, turns, k, fraction, pose)
-                task = make_task(pose, weights, tolerances, numbers[TASK_FRAME])
+                task = make_task(pose, weights, tolerances, tuning_of(numbers).task_frame)
                 assign(work.weights, weights)
                 position_error, orientation_error, _, _, p = look_at_error(geometry, task, work)
-                if not length > 0.0 or step == NEAREST_STEPS - 1:
+                if not (placed and length > 0.0) or step == NEAREST_STEPS - 1:
                     break
                 ahead = 0.0
                 for i in range(3):

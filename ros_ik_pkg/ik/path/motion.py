@@ -6,14 +6,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.path.edges import rotation_vectors
 from ros_ik_pkg.ik.path.figures import line_errors
-from ros_ik_pkg.ik.path.joint_path import JointPath, Problem
+from ros_ik_pkg.ik.path.joint_path import JointPath
+from ros_ik_pkg.ik.path.path_options import PathOptions
+from ros_ik_pkg.ik.path.path_solution import BreakReason
+from ros_ik_pkg.ik.path.problem import Problem
+from ros_ik_pkg.ik.path.smoothing import sharpen
 from ros_ik_pkg.ik.path.timing import time_path
+from ros_ik_pkg.ik.path.waypoints import rotation_vectors as turns_between
+from ros_ik_pkg.ik.path.waypoints import rotations_of
 
 CORNER = 0.3  # rad between two steps of the joints: a sharper corner is not rounded, the joints rest there
 UNKNOWN_VELOCITY = 1.0  # rad/s or m/s, for joints without a velocity limit
 RAMP = 0.5  # s in which a joint gets to its velocity limit, if no acceleration limits are known
+SHARE = 0.95  # of the tolerances at the places where the tip is compared with its line, the rest is for between them
+REFINEMENTS = 5  # times that rows are put between others
 STILL = 1e-9  # rad or m: between such rows nothing moves
 WAIT = 1e-3  # s that they take
 
@@ -31,9 +40,50 @@ class Motion:
 
 
 def make_motion(problem: Problem, path: JointPath) -> Motion:
-    """Time a joint path of two rows or more."""
+    """Time a joint path. Where the tip would leave its line even from rest to rest, rows are put between; if that does
+    not help, the path is made to end there."""
+    for _ in range(REFINEMENTS):
+        if len(path.q) < 2:
+            return _at_rest(path.q)
+        motion, bad = _time_rows(problem, path)
+        if not bad.any():
+            return motion
+        _put_between(problem, path, np.flatnonzero(bad))
+    while len(path.q) > 1:
+        motion, bad = _time_rows(problem, path)
+        if not bad.any():
+            return motion
+        path.end_at(int(np.argmax(bad)), 'the tip would leave its line before {where}', BreakReason.SINGULARITY)
+    return _at_rest(path.q)
+
+
+def _at_rest(q: np.ndarray) -> Motion:
+    """Return the motion of one row, or none."""
+    nothing, still = np.empty(0), np.zeros(q.shape)
+    return Motion(nothing, still, still, np.ones(len(q), bool), np.empty((0, 2)), np.empty(0, bool))
+
+
+def _put_between(problem: Problem, path: JointPath, rows: np.ndarray) -> None:
+    """Put a row in the middle of each of the intervals that begin at `rows`, solved on the line; none beyond limits."""
+    start, end = path.poses[rows], path.poses[rows + 1]
+    poses = start.copy()
+    poses[:, :3, 3] = 0.5 * (start + end)[:, :3, 3]
+    poses[:, :3, :3] = rotations_of(0.5 * turns_between(start[:, :3, :3], end[:, :3, :3])) @ start[:, :3, :3]
+    q = 0.5 * (path.q[rows] + path.q[rows + 1])
+    sharpen(problem.model, problem.exact, poses.reshape(-1, 4), q)
+    lower, upper = problem.limits
+    inside = ((q >= lower) & (q <= upper)).all(axis=1)
+    rows, q, poses = rows[inside], q[inside], poses[inside]
+    path.reconfigurations = [row + int((rows < row).sum()) for row in path.reconfigurations]
+    path.sample = np.insert(path.sample, rows + 1, 0.5 * (path.sample[rows] + path.sample[rows + 1]))
+    path.q, path.poses = np.insert(path.q, rows + 1, q, axis=0), np.insert(path.poses, rows + 1, poses, axis=0)
+
+
+def _time_rows(problem: Problem, path: JointPath) -> tuple[Motion, np.ndarray]:
+    """Time a joint path of two rows or more; return (N - 1,) too: in which intervals the tip leaves its line though the
+    joints rest at both ends."""
     q, rows = path.q, len(path.q)
-    velocity, acceleration = joint_limits(problem)
+    velocity, acceleration = motion_limits(problem.arm, problem.path)
     steps = np.diff(q, axis=0)
     least = _least_durations(problem, path)
     still = np.abs(steps).max(axis=1) <= STILL
@@ -43,7 +93,7 @@ def make_motion(problem: Problem, path: JointPath) -> Motion:
     stops[[0, -1]] = True
     stops[1:-1] = bend > CORNER
     stops[:-1][still] = stops[1:][still] = True
-    changed = np.array(path.reconfigurations, dtype=np.int64)
+    changed = np.array([0, *path.reconfigurations] if path.led else path.reconfigurations, dtype=np.int64)
     stops[changed] = stops[changed + 1] = True
     poses = np.ascontiguousarray(path.poses).reshape(-1, 4)
     turns = rotation_vectors(poses)
@@ -52,20 +102,22 @@ def make_motion(problem: Problem, path: JointPath) -> Motion:
         durations, v, a = time_path(q, stops, least, velocity, acceleration)
         errors = line_errors(problem.model, problem.continuing, poses, turns, q, durations, v, a)
         errors[changed] = 0.0
-        bad = (errors[:, 0] > problem.path.tolerance) | (errors[:, 1] > problem.path.angle_tolerance)
+        bad = (errors[:, 0] > SHARE * problem.path.tolerance) | (errors[:, 1] > SHARE * problem.path.angle_tolerance)
+        bad |= _overshoots(q, durations, v, a, problem.limits)
         more = _more_stops(bad, stops, bend)
         if not len(more):
             break
         stops[more] = True
     fastest = (np.abs(steps) / velocity).max(axis=1)
     slowed = (least > 0.0) & (fastest > least) & ~still
-    return Motion(durations, v, a, stops, errors, slowed)
+    return Motion(durations, v, a, stops, errors, slowed), bad
 
 
-def joint_limits(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-    """Return velocity and acceleration limits (n,) to be kept, all finite."""
-    velocity = np.where(np.isfinite(problem.arm.velocity_limits), problem.arm.velocity_limits, UNKNOWN_VELOCITY)
-    return velocity, np.array(problem.path.acceleration_limits or velocity / RAMP)
+def motion_limits(arm: Arm, path: PathOptions) -> tuple[np.ndarray, np.ndarray]:
+    """Return velocity and acceleration limits (n,) that a motion keeps, all finite [rad/s, m/s], [rad/s^2, m/s^2]."""
+    velocity = np.where(np.isfinite(arm.velocity_limits), arm.velocity_limits, UNKNOWN_VELOCITY)
+    acceleration = np.minimum(arm.acceleration_limits, path.acceleration_limits or np.inf)
+    return velocity, np.where(np.isfinite(acceleration), acceleration, velocity / RAMP)
 
 
 def _least_durations(problem: Problem, path: JointPath) -> np.ndarray:
@@ -74,6 +126,21 @@ def _least_durations(problem: Problem, path: JointPath) -> np.ndarray:
         return np.zeros(len(path.q) - 1)
     at = np.concatenate([[0.0], np.cumsum(problem.least)])
     return np.diff(np.interp(path.sample, np.arange(len(at)), at))
+
+
+def _overshoots(
+    q: np.ndarray, durations: np.ndarray, v: np.ndarray, a: np.ndarray, limits: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Return (N - 1,): whether a joint may leave its limits in an interval, which it does not from rest to rest.
+
+    A polynomial stays within the range of its coefficients in Bernstein form.
+    """
+    h, (lower, upper) = durations[:, None], limits
+    coefficients = np.stack([
+        q[:-1] + 0.2 * h * v[:-1], q[:-1] + 0.4 * h * v[:-1] + 0.05 * h * h * a[:-1],
+        q[1:] - 0.4 * h * v[1:] + 0.05 * h * h * a[1:], q[1:] - 0.2 * h * v[1:],
+    ])  # fmt: skip
+    return ((coefficients < lower) | (coefficients > upper)).any(axis=(0, 2))
 
 
 def _bends(steps: np.ndarray) -> np.ndarray:

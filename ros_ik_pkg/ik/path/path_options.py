@@ -42,13 +42,16 @@ class PathOptions:
     max_reconfigurations: int = option(
         0, 'how often the joints may leave the path to go on in another branch', minimum=0, maximum=10000
     )
+    lead_in: bool = option(
+        False, 'true: the motion begins where the joints are and leads them to the start of the path in a straight line'
+    )
     samples: int = option(
         64, 'solutions of a pose that an arm with joints to spare looks at', minimum=2, maximum=1024
     )
     deadline: float = option(5.0, 'time for one path, 0 for none', unit='s', minimum=0.0, maximum=3600.0)
     acceleration_limits: tuple[float, ...] = option(
         (),
-        'of each joint; none: each gets to its velocity limit in half a second',
+        'of each joint, besides those of joint_limits; joints without one get to their velocity limit in half a second',
         unit='rad/s^2 or m/s^2', minimum=1e-6, maximum=1e6,
     )
 

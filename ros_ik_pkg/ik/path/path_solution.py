@@ -54,6 +54,8 @@ class PathSolution:
         Rows from which the joints leave the path; they are back on it in the next row, at the same pose.
     stops : tuple of int
         Rows at which the joints rest: both ends, corners, both ends of a reconfiguration.
+    led : bool
+        Whether the first row is where the joints are, and the second the start of the path (PathOptions.lead_in).
     slowed : (N - 1,) bool array
         Intervals in which joint velocity limits keep the tip slower than tool_speed or the stamps ask for.
     breaks : tuple of PathBreak
@@ -61,7 +63,7 @@ class PathSolution:
     position_error, orientation_error, sigma_min : (N,) arrays
         Errors of the tip [m, rad], and the smallest singular value of the task Jacobian.
     line_error, line_angle : float
-        How far the tip is from its line at most, between the rows too [m, rad]; reconfigurations do not count.
+        How far the tip is from its line at most, between the rows too [m, rad]; motions off the path do not count.
     solve_time : float
         [s]
 
@@ -76,6 +78,7 @@ class PathSolution:
     base_from_tip: np.ndarray
     reconfigurations: tuple[int, ...]
     stops: tuple[int, ...]
+    led: bool
     slowed: np.ndarray
     breaks: tuple[PathBreak, ...]
     position_error: np.ndarray
@@ -84,6 +87,24 @@ class PathSolution:
     line_error: float
     line_angle: float
     solve_time: float
+
+    @property
+    def off_path(self) -> tuple[int, ...]:
+        """Rows from which the joints get to the next in a straight line of their own, wherever that leads the tip."""
+        return (0, *self.reconfigurations) if self.led else self.reconfigurations
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """Return the joint positions (k, n) of the motion at times (k,) [s]; before its start and after its end those
+        of its ends."""
+        when = np.clip(times, 0.0, self.times[-1])
+        row = np.clip(np.searchsorted(self.times, when, side='right') - 1, 0, len(self.times) - 2)
+        h, t = (self.times[row + 1] - self.times[row])[:, None], (when - self.times[row])[:, None]
+        p, v, a = self.q[row], self.velocities[row], self.accelerations[row]
+        d = self.q[row + 1] - p - h * (v + 0.5 * h * a)
+        e, f = h * (self.velocities[row + 1] - v - h * a), h * h * (self.accelerations[row + 1] - a)
+        s = t / h
+        rest = s**3 * (10.0 * d - 4.0 * e + 0.5 * f + s * (-15.0 * d + 7.0 * e - f + s * (6.0 * d - 3.0 * e + 0.5 * f)))
+        return p + t * (v + 0.5 * t * a) + rest
 
     @property
     def length(self) -> float:

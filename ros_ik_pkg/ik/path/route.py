@@ -3,6 +3,7 @@
 A node is a candidate together with whole turns of the joints that may turn round. From pose to pose a node leads to
 those that the joints reach in a straight line while the tip stays on its line (`edges.py`). Fewest reconfigurations
 count first, then the sum of the weighted joint steps (L2), that from the seed to the first pose included.
+An edge between two candidates holds for all their turns alike, so it is checked once and then taken by all of them.
 """
 
 from __future__ import annotations
@@ -14,144 +15,139 @@ import numpy as np
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
+from ros_ik_pkg.ik.path.reconfiguring import RECONFIGURED, reconfigure, within
 from ros_ik_pkg.ik.search.solutions import SAME_SOLUTION
 from ros_ik_pkg.ik.step.limits import TURN
 
 NO_PARENT = -1
-RECONFIGURED = -2  # parent -2 - i: from node i of the same pose
+NEVER = 1 << 30  # reconfigurations of a node that is not reached
 
 
 @compiled
-def best_route(
-    model, continuing, poses, turns, candidates, counts, lower, upper, wraps, most_turns, weights, most_steps,
-    bounds, seed, stay, most_reconfigurations, parents, route,
+def extend_route(
+    model, continuing, poses, turns, candidates, counts, upper, wraps, digits, weights, most_steps, bounds,
+    seed, stay, most_reconfigurations, barred, first, stop, parents, jumps, costs,
 ):  # fmt: skip
-    """Find the best route; return (poses reached, node at the last of them).
+    """Find the best routes to the nodes of poses `first` to `stop` - 1; return the first pose that is not reached, or
+    `stop`.
 
     Parameters
     ----------
     candidates, counts : as find_candidates and normalise leave them
-    lower, upper, wraps : (n,) limits, infinite if they do not count
-    most_turns : (n,) int64, how many whole turns apart a joint can be, one more
+    upper, wraps : (n,) limits, infinite if they do not count
+    digits : (V, n) int64, the whole turns that the joints can be apart, in all combinations, the first joint fastest
     weights : (n,) of the joints
     most_steps : (N - 1, n) how far a joint may move between two poses, inf for no bound
     bounds : (4,) of the edges, see parts_of_edge
     seed : (n,) where the joints start, or (0,)
     stay : bool, whether the path must begin at the seed, to SAME_SOLUTION
     most_reconfigurations : int
-    parents : (N, m V) int32 out, V the product of most_turns
-    route : (2 N,) int64 out, the nodes from the first pose to the last reached, negative if the joints were
-        reconfigured to get there: -1 - node. Its length is the third number returned.
+    barred : (B, 2, n) reconfigurations that are not allowed, see `reconfigure`
+    parents : (N, m V) int16 out, see trace_route
+    jumps, costs : (2, m V) int64 and float64, of the nodes of even and of odd poses; kept between calls
 
     """
-    _count, m, n = candidates.shape
-    total = 1
-    for j in range(n):
-        total *= most_turns[j]
-    digits = np.empty((total, n), np.int64)
-    for u in range(total):
-        rest = u
-        for j in range(n):
-            digits[u, j] = rest % most_turns[j]
-            rest //= most_turns[j]
-    jumps = np.full((2, m * total), 1 << 30, np.int64)
-    costs = np.full((2, m * total), math.inf)
-    pairs = np.empty((m, n + 2))
-    states = np.empty(m, np.int64)
-    order = np.empty(m * total, np.int64)
-    memory = np.empty(edge_memory_size(model) + 2 * n)
-    between = np.empty((MOST_PARTS, n))
-    reached, node = _forward(
-        model, continuing, poses, turns, candidates, counts, lower, upper, wraps, digits, weights, most_steps,
-        bounds, seed, stay, most_reconfigurations, parents, jumps, costs, pairs, states, order, memory, between,
-    )  # fmt: skip
-    length = 0
-    if reached > 0:
-        k, at = reached - 1, node
-        while True:
-            parent = parents[k, at]
-            if parent <= RECONFIGURED:
-                route[length] = -1 - at
-                at = RECONFIGURED - parent
-            else:
-                route[length] = at
-                at = parent
-                k -= 1
-            length += 1
-            if parent == NO_PARENT:
-                break
-    for i in range(length // 2):
-        route[i], route[length - 1 - i] = route[length - 1 - i], route[i]
-    return reached, node, length
-
-
-@kernel
-def _forward(
-    model, continuing, poses, turns, candidates, counts, lower, upper, wraps, digits, weights, most_steps, bounds,
-    seed, stay, most_reconfigurations, parents, jumps, costs, pairs, states, order, memory, between,
-):  # fmt: skip
-    """Fill `parents` pose by pose; return how many poses were reached and the best node at the last of them."""
-    _n, total = candidates.shape[2], len(digits)
-    last_best = -1
-    for k in range(len(counts)):
-        now, _then = k % 2, 1 - k % 2
-        for node in range(counts[k] * total):
-            jumps[now, node], costs[now, node], parents[k, node] = 1 << 30, math.inf, NO_PARENT
+    m, n = candidates.shape[1:]
+    total = len(digits)
+    pairs, states = np.empty((m, n + 2)), np.empty(m, np.int64)
+    allowed, fewest, least = np.empty(total, np.int8), np.empty(m, np.int64), np.empty(m)
+    places, tables, back = np.ones(n, np.int64), np.empty((n, total)), np.empty((n, total), np.int64)
+    for j in range(1, n):
+        places[j] = places[j - 1] * (digits[total - 1, j - 1] + 1)
+    memory, between = np.empty(edge_memory_size(model) + 2 * n), np.empty((MOST_PARTS, n))
+    for k in range(first, stop):
+        now, then = k % 2, 1 - k % 2
         if k == 0:
-            begin(candidates[0], counts[0], lower, upper, wraps, digits, weights, seed, stay, jumps[0], costs[0])
+            begin(candidates[0], counts[0], upper, wraps, digits, weights, seed, stay, jumps[0], costs[0])
+            parents[0, : counts[0] * total] = NO_PARENT
         else:
+            look_for_best(jumps[then], costs[then], counts[k - 1], total, fewest, least)
             for c in range(counts[k]):
                 near = collect(candidates, counts, k, c, wraps, weights, most_steps, bounds[2], pairs, states)
-                for u in range(total):
-                    if not within(candidates[k, c], upper, wraps, digits[u]):
-                        continue
-                    relax(
-                        model, continuing, poses, turns, candidates, counts, k, c, u, wraps, digits, bounds,
-                        parents, jumps, costs, pairs[:near], states, memory, between,
-                    )  # fmt: skip
+                within(candidates[k, c], upper, wraps, digits, allowed)
+                relax(
+                    model, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds,
+                    allowed, fewest, least, parents, jumps, costs, pairs[:near], states, memory, between,
+                )  # fmt: skip
         if most_reconfigurations > 0:
-            reconfigure(candidates[k], counts[k], upper, wraps, digits, weights, most_reconfigurations, parents[k],
-                        jumps[now], costs[now], order)
-        best = -1
-        for node in range(counts[k] * total):
-            if costs[now, node] < math.inf and (
-                best < 0
-                or jumps[now, node] < jumps[now, best]
-                or (jumps[now, node] == jumps[now, best] and costs[now, node] < costs[now, best])
-            ):
-                best = node
-        if best < 0:
-            return k, last_best
-        last_best = best
-    return len(counts), last_best
+            look_for_best(jumps[now], costs[now], counts[k], total, fewest, least)
+            reconfigure(candidates[k], counts[k], upper, wraps, digits, places, weights, most_reconfigurations, barred,
+                        parents[k], jumps[now], costs[now], fewest, least, allowed, tables, back)
+        if best_node(jumps[now], costs[now], counts[k] * total) < 0:
+            return k
+    return stop
+
+
+@compiled
+def trace_route(parents, jumps, costs, counts, total, reached, route):
+    """Write the best route to the last of `reached` poses; return its length.
+
+    `route` (2 N,) int64 gets the nodes from the first pose on, negative if the joints were reconfigured to get there:
+    -1 - node. `total`: turns of a candidate. The others are those of extend_route.
+    """
+    if reached == 0:
+        return 0
+    k, length = reached - 1, 0
+    at = best_node(jumps[k % 2], costs[k % 2], counts[k] * total)
+    while True:
+        parent = parents[k, at]
+        if parent <= RECONFIGURED:
+            route[length] = -1 - at
+            at = RECONFIGURED - parent
+        else:
+            route[length] = at
+            at = parent
+            k -= 1
+        length += 1
+        if parent == NO_PARENT:
+            break
+    for i in range(length // 2):
+        route[i], route[length - 1 - i] = route[length - 1 - i], route[i]
+    return length
 
 
 @kernel
-def within(q, upper, wraps, digits):
-    """Return whether q with so many turns added is within the upper limits; to the lower ones it is by `normalise`."""
-    for j in range(len(q)):
-        if wraps[j] and q[j] + TURN * digits[j] > upper[j]:
-            return False
-    return True
-
-
-@kernel
-def begin(q, count, lower, upper, wraps, digits, weights, seed, stay, jumps, costs):
+def begin(q, count, upper, wraps, digits, weights, seed, stay, jumps, costs):
     """Write what it costs to begin at each node of the first pose: its distance from the seed, if there is one."""
     total = len(digits)
     for c in range(count):
         for u in range(total):
-            if not within(q[c], upper, wraps, digits[u]):
-                continue
-            square, largest = 0.0, 0.0
-            for j in range(len(seed)):
-                step = q[c, j] + TURN * digits[u, j] - seed[j]
-                if wraps[j] and not upper[j] < math.inf:
-                    step -= TURN * math.floor(step / TURN + 0.5)
-                square += (weights[j] * step) ** 2
-                largest = max(largest, abs(step))
-            if not stay or largest <= SAME_SOLUTION:
-                jumps[c * total + u], costs[c * total + u] = 0, math.sqrt(square)
+            node = c * total + u
+            jumps[node], costs[node] = NEVER, math.inf
+            inside, square, largest = True, 0.0, 0.0
+            for j in range(q.shape[1]):
+                value = q[c, j] + TURN * digits[u, j]
+                inside = inside and not (wraps[j] and value > upper[j])
+                if len(seed) > 0:
+                    step = value - seed[j]
+                    if wraps[j] and not upper[j] < math.inf:
+                        step -= TURN * math.floor(step / TURN + 0.5)
+                    square += (weights[j] * step) ** 2
+                    largest = max(largest, abs(step))
+            if inside and (not stay or largest <= SAME_SOLUTION):
+                jumps[node], costs[node] = 0, math.sqrt(square)
+
+
+@kernel
+def look_for_best(jumps, costs, count, total, fewest, least):
+    """Write for each candidate of a pose the fewest reconfigurations of its nodes, and the least cost of those."""
+    for c in range(count):
+        fewest[c], least[c] = NEVER, math.inf
+        for node in range(c * total, (c + 1) * total):
+            if jumps[node] < fewest[c] or (jumps[node] == fewest[c] and costs[node] < least[c]):
+                fewest[c], least[c] = jumps[node], costs[node]
+
+
+@kernel
+def best_node(jumps, costs, count):
+    """Return the best of the first `count` nodes of a pose, -1 if none is reached."""
+    best = -1
+    for node in range(count):
+        if costs[node] < math.inf and (
+            best < 0 or jumps[node] < jumps[best] or (jumps[node] == jumps[best] and costs[node] < costs[best])
+        ):
+            best = node
+    return best
 
 
 @kernel
@@ -165,8 +161,10 @@ def collect(candidates, counts, k, c, wraps, weights, most_steps, longest, pairs
         square, near = 0.0, True
         for j in range(n):
             step = candidates[k, c, j] - candidates[k - 1, b, j]
-            whole = math.floor(step / TURN + 0.5) if wraps[j] else 0.0
-            step -= TURN * whole
+            whole = 0.0
+            if wraps[j] and abs(step) > 0.5 * TURN:
+                whole = math.floor(step / TURN + 0.5)
+                step -= TURN * whole
             if abs(step) > longest or abs(step) > most_steps[k - 1, j]:
                 near = False
                 break
@@ -180,96 +178,64 @@ def collect(candidates, counts, k, c, wraps, weights, most_steps, longest, pairs
 
 @kernel
 def relax(
-    model, continuing, poses, turns, candidates, counts, k, c, u, wraps, digits, bounds, parents, jumps, costs,
-    pairs, states, memory, between,
+    model, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds, allowed, fewest, least,
+    parents, jumps, costs, pairs, states, memory, between,
 ):  # fmt: skip
-    """Find the best parent of the node (c, u) of pose k. An edge is checked (states 1) only once it is the best of
-    those that are left; after that it exists (2) or does not (0)."""
+    """Find the best parents of the nodes of candidate c of pose k. Edges are looked at from the best on, as long as
+    they can make a node better, and checked only if they do."""
     n, total = candidates.shape[2], len(digits)
     now, then = k % 2, 1 - k % 2
+    start = c * total
+    for node in range(start, start + total):
+        jumps[now, node], costs[now, node], parents[k, node] = NEVER, math.inf, NO_PARENT
+    worst_jumps, worst_cost = NEVER, math.inf
     while True:
-        best, best_jumps, best_cost, parent = -1, 1 << 30, math.inf, -1
+        best, best_jumps, best_cost = -1, NEVER, math.inf
         for i in range(len(pairs)):
-            if states[i] == 0:
-                continue
-            node = source(int(pairs[i, n + 1]), u, pairs[i], digits)
-            if node < 0 or not costs[then, node] < math.inf:
-                continue
-            cost = costs[then, node] + pairs[i, n]
-            if jumps[then, node] < best_jumps or (jumps[then, node] == best_jumps and cost < best_cost):
-                best, best_jumps, best_cost, parent = i, jumps[then, node], cost, node
-        if best < 0:
+            b = int(pairs[i, n + 1])
+            cost = least[b] + pairs[i, n]
+            if states[i] and (fewest[b] < best_jumps or (fewest[b] == best_jumps and cost < best_cost)):
+                best, best_jumps, best_cost = i, fewest[b], cost
+        if best < 0 or best_jumps > worst_jumps or (best_jumps == worst_jumps and best_cost >= worst_cost):
             return
-        if states[best] == 1:
-            size = len(memory) - 2 * n
-            a, b = shaped(memory, size, (n,)), shaped(memory, size + n, (n,))
-            for j in range(n):
-                a[j] = candidates[k - 1, int(pairs[best, n + 1]), j]
-                b[j] = candidates[k, c, j] - TURN * pairs[best, j]
-            parts = parts_of_edge(model, continuing, poses, turns, k - 1, a, b, bounds, between, memory)
-            states[best] = 2 if parts > 0 else 0
-        if states[best] == 2:
-            node = c * total + u
-            jumps[now, node], costs[now, node], parents[k, node] = best_jumps, best_cost, parent
-            return
+        states[best] = 0
+        b, step, shift, whole = int(pairs[best, n + 1]), pairs[best, n], 0, False
+        for j in range(n):
+            if pairs[best, j] != 0.0 and upper[j] < math.inf:
+                shift += places[j] * int(pairs[best, j])
+                whole = True
+        shift += b * total
+        checked = False
+        worst_jumps, worst_cost = 0, 0.0
+        for u in range(total):
+            node, before = start + u, shift + u
+            if not allowed[u]:
+                continue
+            if not whole or turned_between(pairs[best], digits[u], digits[total - 1], upper):
+                jump, cost = jumps[then, before], costs[then, before] + step
+                if jump < jumps[now, node] or (jump == jumps[now, node] and cost < costs[now, node]):
+                    if not checked:
+                        checked = True
+                        size = len(memory) - 2 * n
+                        q, r = shaped(memory, size, (n,)), shaped(memory, size + n, (n,))
+                        for j in range(n):
+                            q[j] = candidates[k - 1, b, j]
+                            r[j] = candidates[k, c, j] - TURN * pairs[best, j]
+                        if parts_of_edge(model, continuing, poses, turns, k - 1, q, r, bounds, between, memory) == 0:
+                            worst_jumps, worst_cost = NEVER, math.inf
+                            break
+                    jumps[now, node], costs[now, node], parents[k, node] = jump, cost, before
+            if jumps[now, node] > worst_jumps:
+                worst_jumps, worst_cost = jumps[now, node], costs[now, node]
+            elif jumps[now, node] == worst_jumps:
+                worst_cost = max(worst_cost, costs[now, node])
 
 
 @inlined
-def source(b, u, pair, digits):
-    """Return the node of candidate b, one pose before, from which the joints get to turns u without a whole turn."""
-    total, n = len(digits), digits.shape[1]
-    node, place = 0, 1
-    for j in range(n):
-        most = digits[total - 1, j] + 1
-        if most > 1:
-            turns = digits[u, j] + int(pair[j])
-            if turns < 0 or turns >= most:
-                return -1
-            node += place * turns
-            place *= most
-    return b * total + node
-
-
-@kernel
-def reconfigure(q, count, upper, wraps, digits, weights, most, parents, jumps, costs, order):
-    """Let the nodes of a pose with the fewest reconfigurations lead to all others of it by one more."""
-    total = len(digits)
-    fewest, found = 1 << 30, 0
-    for node in range(count * total):
-        fewest = min(fewest, jumps[node])
-    if fewest >= most:
-        return
-    for node in range(count * total):
-        if jumps[node] == fewest:  # by rising cost, so that the search for each node can end early
-            i = found
-            while i > 0 and costs[order[i - 1]] > costs[node]:
-                order[i] = order[i - 1]
-                i -= 1
-            order[i] = node
-            found += 1
-    for node in range(count * total):
-        c, u = node // total, node % total
-        if jumps[node] == fewest or not within(q[c], upper, wraps, digits[u]):
-            continue
-        best, cost = -1, costs[node] if jumps[node] == fewest + 1 else math.inf
-        for i in range(found):
-            other = order[i]
-            if costs[other] >= cost:
-                break
-            length = costs[other] + distance(q, c, u, other // total, other % total, upper, wraps, digits, weights)
-            if length < cost:
-                best, cost = other, length
-        if best >= 0:
-            jumps[node], costs[node], parents[node] = fewest + 1, cost, RECONFIGURED - best
-
-
-@kernel
-def distance(q, c, u, d, v, upper, wraps, digits, weights):
-    """Return the weighted distance of two nodes of a pose."""
-    square = 0.0
-    for j in range(q.shape[1]):
-        step = q[c, j] - q[d, j] + TURN * (digits[u, j] - digits[v, j])
-        if wraps[j] and not upper[j] < math.inf:
-            step -= TURN * math.floor(step / TURN + 0.5)
-        square += (weights[j] * step) ** 2
-    return math.sqrt(square)
+def turned_between(pair, digits, most, upper):
+    """Return whether the joints can have been `pair` whole turns further on than `digits`."""
+    good = True
+    for j in range(len(digits)):
+        turned = digits[j] + int(pair[j])
+        good = good and ((turned >= 0 and turned <= most[j]) or not upper[j] < math.inf)
+    return good

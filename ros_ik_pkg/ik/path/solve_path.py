@@ -15,10 +15,11 @@ from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.path.breaks import find_break
 from ros_ik_pkg.ik.path.figures import pose_figures
-from ros_ik_pkg.ik.path.joint_path import Clear, Problem, follow
-from ros_ik_pkg.ik.path.motion import Motion, make_motion
+from ros_ik_pkg.ik.path.joint_path import follow
+from ros_ik_pkg.ik.path.motion import make_motion
 from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.path_solution import PathSolution
+from ros_ik_pkg.ik.path.problem import Clear, Problem
 from ros_ik_pkg.ik.path.waypoints import Samples, read_poses, read_stamps, sample_path
 from ros_ik_pkg.ik.world import World
 
@@ -61,7 +62,7 @@ def solve_path(
         Called with joint positions (k, n), returns (k,) bool: whether each is free of contact. Default: free of contact
         with the arm itself and the world, if avoid_collisions is on and the robot has shapes.
     progress : callable, optional
-        Called with the number of samples done since the last call.
+        Called with the number of samples done since the last call, also with 0 while the route is sought.
     world : World, optional
         What the arm must stay clear of besides itself.
 
@@ -83,10 +84,10 @@ def solve_path(
         clear = partial(room.clear, margin=options.collision_margin, meshes=meshes)
     problem = _make_problem(arm, poses, seed, options, path, stamps, vias, clear, progress, began)
     joints = follow(problem)
+    motion = make_motion(problem, joints)
     complete = joints.reached == len(problem.samples.poses)
     breaks = () if complete else (find_break(problem, joints),)
     rows = len(joints.q)
-    motion = make_motion(problem, joints) if rows > 1 else _at_rest(rows, arm.n)
     figures = pose_figures(arm.packed, problem.continuing, np.ascontiguousarray(joints.poses).reshape(-1, 4), joints.q)
     places = problem.samples.place
     largest = motion.errors.max(axis=0, initial=0.0)
@@ -100,6 +101,7 @@ def solve_path(
         base_from_tip=joints.poses,
         reconfigurations=tuple(joints.reconfigurations),
         stops=tuple(map(int, np.flatnonzero(motion.stops))),
+        led=joints.led,
         slowed=motion.slowed,
         breaks=breaks,
         position_error=figures[:, 0],
@@ -155,9 +157,3 @@ def _least_durations(samples: Samples, path: PathOptions, times: np.ndarray | No
     if path.tool_speed > 0.0:
         return np.linalg.norm(np.diff(samples.poses[:, :3, 3], axis=0), axis=1) / path.tool_speed
     return np.zeros(len(samples.poses) - 1)
-
-
-def _at_rest(rows: int, n: int) -> Motion:
-    """Return the motion of one row, or none."""
-    nothing, still = np.empty(0), np.zeros((rows, n))
-    return Motion(nothing, still, still, np.ones(rows, bool), np.empty((0, 2)), np.empty(0, bool))

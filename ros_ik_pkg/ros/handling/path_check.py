@@ -6,10 +6,15 @@ import numpy as np
 
 from ros_ik_pkg.ik import Arm, PathOptions, PathSolution, SolveOptions
 from ros_ik_pkg.ik.contacts.contacts import Room
+from ros_ik_pkg.ik.path.motion import motion_limits
+from ros_ik_pkg.ik.path.waypoints import rotation_vectors, rotations_of
 from ros_ik_pkg.ros.handling.final_check import contact_of, fault_of
 
 PARTS = 10  # of each interval, at whose ends limits are checked
+PLACES = (2, 5, 8)  # parts at whose ends the tip is compared with its line
 SLACK = 1.0 + 1e-6  # rounding
+CHUNK = 2000  # intervals that are checked together
+SHORT = 1e-9  # m: between such poses the tip only turns
 
 
 def fault_of_motion(
@@ -25,37 +30,72 @@ def fault_of_motion(
         start = solution.q[row - 1] if row else None
         if fault := contact_of(q, start, room, options, whole_motion=True):
             return f'point {row}: {fault}'
-    return _fault_between(solution, arm, options, path)
+    for first in range(0, len(solution.q) - 1, CHUNK):
+        if fault := _fault_between(solution, slice(first, first + CHUNK), arm, options, path):
+            return fault
+    return ''
 
 
-def _fault_between(solution: PathSolution, arm: Arm, options: SolveOptions, path: PathOptions) -> str:
+def _fault_between(
+    solution: PathSolution, rows: slice, arm: Arm, options: SolveOptions, path: PathOptions
+) -> str:
     """Return what is wrong between the points, at which a joint trajectory controller follows quintic polynomials."""
-    q, v, a = (np.moveaxis(_on_grid(solution, order), 0, 1).reshape(-1, arm.n) for order in range(3))
+    positions = _on_grid(solution, rows, 0)
+    q, v, a = (grid.reshape(-1, arm.n) for grid in (positions, *(_on_grid(solution, rows, order) for order in (1, 2))))
     if not (np.isfinite(q).all() and np.isfinite(v).all() and np.isfinite(a).all()):
         return 'a point between two is not finite'
     if options.respect_limits and ((q < arm.lower) | (q > arm.upper)).any():
         return 'a joint leaves its limits between two points'
-    if (np.abs(v) > arm.velocity_limits * SLACK).any():
+    velocity, acceleration = motion_limits(arm, path)
+    if (np.abs(v) > velocity * SLACK).any():
         return 'a joint exceeds its velocity limit'
-    if path.acceleration_limits and (np.abs(a) > np.array(path.acceleration_limits) * SLACK).any():
+    if (np.abs(a) > acceleration * SLACK).any():
         return 'a joint exceeds its acceleration limit'
-    middles = _on_grid(solution, 0)[PARTS // 2]
-    for row in set(range(len(middles))) - set(solution.reconfigurations):
-        start, end = solution.base_from_tip[row : row + 2]
-        away, along = (arm.forward(middles[row]) - start)[:3, 3], (end - start)[:3, 3]
-        square = along @ along
-        fraction = min(max(along @ away / square, 0.0), 1.0) if square > 0.0 else 0.0
-        if all(options.task_weights) and np.linalg.norm(away - fraction * along) > (
-            path.tolerance * SLACK + np.linalg.norm(options.task_tolerances[:3])
-        ):
-            return f'the tip leaves its line after point {row}'
+    numbers = np.arange(rows.start, rows.start + positions.shape[1])
+    on_path = ~np.isin(numbers, solution.off_path)
+    start, end = solution.base_from_tip[numbers[on_path]], solution.base_from_tip[numbers[on_path] + 1]
+    for place in PLACES:
+        tips = np.array([arm.forward(row) for row in positions[place][on_path]]).reshape(-1, 4, 4)
+        away, turned = _errors_from_line(tips, start, end, options)
+        wrong = (away > path.tolerance * SLACK) | (turned > path.angle_tolerance * SLACK)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            return (f'the tip leaves its line after point {numbers[on_path][row]}, by {away[row]:.3g} m and '
+                    f'{turned[row]:.3g} rad')
     return ''
 
 
-def _on_grid(solution: PathSolution, order: int) -> np.ndarray:
-    """Return (PARTS + 1, N - 1, n): position, velocity or acceleration (order 0, 1, 2) on a grid of each interval."""
-    h = np.diff(solution.times)[:, None]
-    q, v, a = solution.q, solution.velocities, solution.accelerations
+def _errors_from_line(
+    tips: np.ndarray, start: np.ndarray, end: np.ndarray, options: SolveOptions
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far each tip (N, 4, 4) is from the line between two poses, in the rows of the task and beyond their
+    tolerances, (N,) each [m, rad]: from the place on the line that is nearest to it in the rows of the task."""
+    weights, tolerances = np.reshape(options.task_weights, (2, 1, 3)), np.reshape(options.task_tolerances, (2, 1, 3))
+
+    def rows_of(vectors: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        in_task = np.einsum('kji,ekj->eki', pose[:, :3, :3], vectors) if options.task_frame == 'tip' else vectors
+        return in_task * (weights > 0.0)
+
+    along, turn = (end - start)[:, :3, 3], rotation_vectors(start[:, :3, :3], end[:, :3, :3])
+    gone = np.stack([(tips - start)[:, :3, 3], rotation_vectors(start[:, :3, :3], tips[:, :3, :3])])
+    whole, gone = rows_of(np.stack([along, turn]), start), rows_of(gone, start)
+    moves = np.linalg.norm(whole[0], axis=1) > SHORT
+    whole, gone = (np.where(moves[:, None], position, rotation) for position, rotation in (whole, gone))
+    square = (whole * whole).sum(axis=1)
+    fraction = np.divide((whole * gone).sum(axis=1), square, out=np.zeros_like(square), where=square > 0.0)
+    fraction = np.clip(fraction, 0.0, 1.0)[:, None]
+    wanted = start.copy()
+    wanted[:, :3, :3] = rotations_of(fraction * turn) @ start[:, :3, :3]
+    away = start[:, :3, 3] + fraction * along - tips[:, :3, 3]
+    errors = rows_of(np.stack([away, rotation_vectors(tips[:, :3, :3], wanted[:, :3, :3])]), wanted)
+    position, orientation = np.linalg.norm(np.maximum(np.abs(errors) - tolerances, 0.0), axis=2)
+    return position, orientation
+
+
+def _on_grid(solution: PathSolution, rows: slice, order: int) -> np.ndarray:
+    """Return (PARTS + 1, N, n): position, velocity or acceleration (order 0, 1, 2) on a grid of N intervals."""
+    h = np.diff(solution.times)[rows, None]
+    q, v, a = (array[rows.start : rows.stop + 1] for array in (solution.q, solution.velocities, solution.accelerations))
     d = q[1:] - q[:-1] - h * (v[:-1] + 0.5 * h * a[:-1])
     e, f = h * (v[1:] - v[:-1] - h * a[:-1]), h * h * (a[1:] - a[:-1])
     coefficients = np.stack([

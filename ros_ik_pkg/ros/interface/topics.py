@@ -118,7 +118,7 @@ PATH_RESULT = Topic(
     '~/path_result', DiagnosticArray, 'out', 'one status for every path: solved, partial, failed or refused', depth=10
 )
 PATH_MARKERS = Topic(
-    '~/path_markers', MarkerArray, 'out', 'the path of the tip, coloured by its speed, and where it breaks, for RViz',
+    '~/path_markers', MarkerArray, 'out', 'the line of the tip, coloured by speed and by singularity, for RViz',
     depth=10,
 )
 DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node, once a second')

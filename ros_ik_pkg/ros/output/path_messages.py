@@ -12,6 +12,7 @@ from std_msgs.msg import ColorRGBA, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
+from ros_ik_pkg.ik import PathSolution
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.path_handler import PARTIAL, PathResult
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED
@@ -22,7 +23,8 @@ LEVELS = {
     SOLVED: DiagnosticStatus.OK, PARTIAL: DiagnosticStatus.WARN, FAILED: DiagnosticStatus.WARN,
     REFUSED: DiagnosticStatus.ERROR,
 }  # fmt: skip
-LINE_WIDTH, BREAK_SIZE = 0.004, 0.02  # m
+LINE_WIDTH, HALO_WIDTH, BREAK_SIZE = 0.004, 0.012, 0.02  # m
+SINGULAR = 0.1  # smallest singular value of the task Jacobian below which the line has a halo
 MOST_POINTS = 5000  # of a line; RViz draws no more of them smoothly
 BREAK_COLOUR = ColorRGBA(r=1.0, g=0.0, b=0.0, a=1.0)
 
@@ -78,7 +80,8 @@ def _figures(result: PathResult) -> dict[str, Any]:
         'duration': float(solution.times[-1]),
         'joint_travel': solution.length,
         'largest_joint_travel': solution.largest_joint_travel,
-        'start_distance': float(np.abs(solution.q[0] - result.job.seed).max()),
+        'start_distance': float(np.abs(solution.q[int(solution.led)] - result.job.seed).max()),
+        'led_to_start': solution.led,
         'reached_pose': float(solution.place[-1]),
         'reconfigurations': len(solution.reconfigurations),
         'reconfigured_at_poses': ' '.join(f'{solution.place[row]:.3f}' for row in solution.reconfigurations),
@@ -92,12 +95,13 @@ def _figures(result: PathResult) -> dict[str, Any]:
 
 
 def path_markers_message(result: PathResult) -> MarkerArray:
-    """Return the line of the tip, from blue at rest to red at its highest speed, and a red cube where it breaks."""
+    """Return the line of the tip, from blue at rest to red at its highest speed; a halo, from yellow to red, where the
+    arm comes near a singularity; and a red cube where the path breaks."""
     header = Header(stamp=result.message.header.stamp, frame_id=result.job.arm.base_frame)
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     solution = result.solution
     if len(solution.q) > 1:
-        markers.append(_line(header, solution))
+        markers += [_line(header, solution), _halo(header, solution)]
     for found in solution.breaks:
         position = result.job.poses[min(round(found.place), len(result.job.poses) - 1), :3, 3]
         if len(solution.q):
@@ -109,16 +113,32 @@ def path_markers_message(result: PathResult) -> MarkerArray:
     return MarkerArray(markers=markers)
 
 
-def _line(header: Header, solution: Any) -> Marker:
+def _halo(header: Header, solution: PathSolution) -> Marker:
+    """Return the wider line, seen only where the smallest singular value is below SINGULAR."""
+    near = np.clip(1.0 - solution.sigma_min / SINGULAR, 0.0, 1.0)
+    marker, chosen = _strip(header, 'singularity', HALO_WIDTH, solution)
+    marker.colors = [ColorRGBA(r=1.0, g=0.9 * (1.0 - share), b=0.0, a=0.6 * (share > 0.0))
+                     for share in near[chosen].tolist()]  # fmt: skip
+    return marker
+
+
+def _line(header: Header, solution: PathSolution) -> Marker:
     positions = solution.base_from_tip[:, :3, 3]
     speeds = np.linalg.norm(np.diff(positions, axis=0), axis=1) / np.diff(solution.times)
     speeds = np.append(speeds, speeds[-1]) / max(speeds.max(), 1e-9)
-    chosen = np.unique(np.linspace(0, len(positions) - 1, min(len(positions), MOST_POINTS)).astype(int))
-    marker = Marker(header=header, ns='path', type=Marker.LINE_STRIP, scale=Vector3(x=LINE_WIDTH))
-    marker.pose.orientation.w = 1.0
-    marker.points = [_point(position) for position in positions[chosen]]
+    marker, chosen = _strip(header, 'path', LINE_WIDTH, solution)
     marker.colors = [ColorRGBA(r=speed, g=0.2, b=1.0 - speed, a=1.0) for speed in speeds[chosen].tolist()]
     return marker
+
+
+def _strip(header: Header, name: str, width: float, solution: PathSolution) -> tuple[Marker, np.ndarray]:
+    """Return a line through the tip's positions without colours, and the rows that it goes through."""
+    count = len(solution.q)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_POINTS)).astype(int))
+    marker = Marker(header=header, ns=name, type=Marker.LINE_STRIP, scale=Vector3(x=width))
+    marker.pose.orientation.w = 1.0
+    marker.points = [_point(position) for position in solution.base_from_tip[chosen, :3, 3]]
+    return marker, chosen
 
 
 def _point(position: np.ndarray) -> Point:

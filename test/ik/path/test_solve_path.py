@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -273,6 +274,41 @@ def test_a_free_roll_is_used(ur5):
         tip = pinocchio_tip(ur5, q)
         np.testing.assert_allclose(tip[:3, 3], wanted[:3, 3], atol=1e-5)
         np.testing.assert_allclose(tip[:3, 2], wanted[:3, 2], atol=1e-4)
+
+
+def test_the_axes_of_a_free_row_are_those_of_its_frame(ur5):
+    end = moved(ur5.forward(UR5_START), 0.05, 0.1, 0.05, (0.3, 0.2, 0.4))
+    for frame in ('base', 'tip'):
+        options = SolveOptions(task_weights=(1, 1, 0, 1, 1, 1), task_frame=frame)
+        solution = solve_path(ur5, [ur5.forward(UR5_START), end], UR5_START, options, PathOptions(**CALM))
+        assert solution.complete and solution.stops == (0, len(solution.q) - 1)
+        for q, wanted in zip(solution.q, solution.base_from_tip):
+            tip = pinocchio_tip(ur5, q)
+            away = wanted[:3, 3] - tip[:3, 3]
+            away = away if frame == 'base' else wanted[:3, :3].T @ away
+            np.testing.assert_allclose(away[:2], 0.0, atol=1e-5)
+            np.testing.assert_allclose(tip[:3, :3], wanted[:3, :3], atol=1e-4)
+
+
+def test_acceleration_limits_of_the_robot_are_kept(ur5):
+    slow = replace(ur5, acceleration_limits=np.array([0.5, np.inf, 0.5, 0.5, 0.5, 0.5]))
+    path = PathOptions(acceleration_limits=(9.0, 0.3, 9.0, 9.0, 9.0, 9.0), **CALM)
+    solution = solve_path(slow, rectangle(slow, UR5_START), UR5_START, path=path)
+    motion, grid = motion_of(solution)
+    most = np.array([0.5, 0.3, 0.5, 0.5, 0.5, 0.5]) * (1.0 + 1e-6)
+    assert solution.complete and (np.abs(motion(grid, 2)) <= most).all()
+
+
+def test_a_joint_that_turns_back_at_its_limit_does_not_swing_beyond_it(ur5):
+    poses = rectangle(ur5, UR5_START)
+    free = solve_path(ur5, poses, UR5_START, path=PathOptions(**CALM))
+    tight = replace(ur5, lower=free.q.min(axis=0), upper=free.q.max(axis=0))
+    assert (free.at(np.linspace(0.0, free.times[-1], 20000)) > tight.upper + 1e-9).any()
+    solution = solve_path(tight, poses, UR5_START, path=PathOptions(**CALM))
+    assert len(solution.q) > 10 and len(solution.stops) > len(free.stops)
+    motion, grid = motion_of(solution)
+    q = motion(np.interp(np.arange(5 * len(grid)) / 5.0, np.arange(len(grid)), grid))
+    assert (q >= tight.lower - 1e-12).all() and (q <= tight.upper + 1e-12).all()
 
 
 def test_what_is_not_clear_is_left_out(ur5):

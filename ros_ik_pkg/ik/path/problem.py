@@ -1,0 +1,110 @@
+"""One path for one arm: what is asked, and what the compiled code takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ros_ik_pkg.ik.arm import Arm
+from ros_ik_pkg.ik.kernel.data_layout import HEADER, Tuning
+from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.path.edges import MOST_PARTS, rotation_vectors
+from ros_ik_pkg.ik.path.path_options import PathOptions
+from ros_ik_pkg.ik.path.waypoints import Samples
+
+TURN = 2.0 * math.pi
+EXACT = 1e-11  # m, rad: error of the rows of the path
+MARGIN = 0.75  # share of the tolerance that an edge may use, the rest is for the curved motion along it
+EDGE = (1.0, MOST_PARTS)  # longest step of a joint [rad or m], parts at most
+EDGE_SPARE = (0.25, 4)  # the same for arms with joints to spare, where a long step is a motion of its own
+
+Clear = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass
+class Problem:
+    """One path for one arm."""
+
+    arm: Arm
+    samples: Samples
+    seed: np.ndarray  # (n,), or (0,) if the path may begin anywhere
+    options: SolveOptions
+    path: PathOptions
+    least: np.ndarray  # (N - 1,) times that the intervals may take at least [s]
+    clear: Clear | None
+    stop_time: float  # of time.monotonic
+    progress: Callable[[int], object] | None
+
+    @cached_property
+    def poses(self) -> np.ndarray:
+        """(4 N, 4), as the compiled code takes them."""
+        return np.ascontiguousarray(self.samples.poses).reshape(-1, 4)
+
+    @cached_property
+    def turns(self) -> np.ndarray:
+        """(N - 1, 3) rotations from each sample to the next [rad]."""
+        return rotation_vectors(self.poses)
+
+    @cached_property
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper limits (n,), infinite if they are not respected."""
+        if self.options.respect_limits:
+            return self.arm.lower, self.arm.upper
+        return np.full(self.arm.n, -np.inf), np.full(self.arm.n, np.inf)
+
+    @cached_property
+    def model(self) -> np.ndarray:
+        """The packed arm, without limits of joints that may turn round: a branch goes on beyond them."""
+        packed, n, joints = self.arm.packed.copy(), self.arm.n, len(self.arm.prismatic)
+        first = HEADER + 12 * (joints + 1) + 4 * joints
+        free = self.arm.wraps != 0
+        packed[first : first + n][free] = -np.inf
+        packed[first + n : first + 2 * n][free] = np.inf
+        return packed
+
+    @cached_property
+    def continuing(self) -> np.ndarray:
+        """SolveOptions.numbers of one descent from a neighbour."""
+        return replace(
+            self.options, max_attempts=1, choice='first', deadline=0.0, max_joint_jump=0.0, null_space='none'
+        ).numbers
+
+    @cached_property
+    def exact(self) -> np.ndarray:
+        """The same, as exact as double precision allows with something to spare."""
+        numbers = self.continuing.copy()
+        for name, bound in (('position_tolerance', EXACT), ('orientation_tolerance', EXACT)):
+            place = Tuning._fields.index(name)
+            numbers[place] = min(numbers[place], bound)
+        return numbers
+
+    @cached_property
+    def spare(self) -> bool:
+        """Whether the joints can move while the task holds."""
+        rows = zip(self.options.task_weights, self.options.task_tolerances)
+        return self.arm.n > sum(weight > 0.0 and bound == 0.0 for weight, bound in rows)
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """(4,) what edges are held to, see parts_of_edge."""
+        longest = EDGE_SPARE if self.spare else EDGE
+        return np.array([MARGIN * self.path.tolerance, MARGIN * self.path.angle_tolerance, *longest])
+
+    @cached_property
+    def most_steps(self) -> np.ndarray:
+        """(N - 1, n) how far the joints may move between two samples, inf if the tip may slow down."""
+        if not self.path.keep_speed:
+            return np.full((len(self.least), self.arm.n), np.inf)
+        with np.errstate(invalid='ignore'):
+            steps = self.least[:, None] * self.arm.velocity_limits
+        steps[self.least == 0.0] = np.inf
+        return np.nan_to_num(steps, nan=np.inf, posinf=np.inf)
+
+    def look_up(self, done: int) -> None:
+        """Report progress: so many samples more."""
+        if self.progress is not None:
+            self.progress(done)

@@ -1,0 +1,53 @@
+"""The check of paths lets good motions pass, and finds each fault."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.collision import add_room
+from bench.judge import Judge
+from bench.path_check import violation
+from bench.published_robots import UR5, UrdfJudge, moving_pairs
+from ros_ik_pkg.ik import Obstacle, PathOptions, SolveOptions, World, load_arm, solve_path
+from ros_ik_pkg.ik.model.transforms import transform
+
+pytestmark = pytest.mark.once
+
+START = np.array([0.3, -1.2, 1.5, -1.8, -1.5, 0.1])
+PATH = PathOptions(deadline=0.0)
+
+
+@pytest.fixture(scope='module')
+def found():
+    """The UR5, a motion of it along a line, and a function that says what is wrong with a motion in a world."""
+    urdf, srdf, tip = UR5
+    arm = load_arm(urdf, tip=tip, srdf=srdf)
+    start, end = arm.forward(START), arm.forward(START)
+    end[1, 3] += 0.2
+    motion = solve_path(arm, [start, end], START, SolveOptions(avoid_collisions=False), PATH)
+
+    def fault(motion, path=PATH, arm=arm, obstacles=()):
+        world = World(obstacles=obstacles)
+        room = arm.contacts.room(world)
+        contact = UrdfJudge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
+        add_room(contact, arm, room, world)
+        return violation(arm, Judge(arm), contact, motion, path, np.random.default_rng(0))
+
+    return arm, motion, fault
+
+
+def test_each_fault_is_found(found):
+    arm, motion, fault = found
+    assert fault(motion) == ''
+    assert 'rise' in fault(replace(motion, times=motion.times[::-1]))
+    assert 'too fast' in fault(replace(motion, times=0.2 * motion.times))
+    assert 'accelerates' in fault(motion, path=replace(PATH, acceleration_limits=(0.01,) * 6))
+    assert 'limits' in fault(motion, arm=replace(arm, upper=motion.q.max(axis=0) - 1e-3))
+    poses = motion.base_from_tip.copy()
+    poses[5, 0, 3] += 2e-4
+    assert 'off its line' in fault(replace(motion, base_from_tip=poses))
+    middle = transform(np.eye(3), motion.base_from_tip[len(motion.q) // 2][:3, 3])
+    assert 'contact' in fault(motion, obstacles=(Obstacle('box', 'box', (0.15, 0.15, 0.15), middle),))
