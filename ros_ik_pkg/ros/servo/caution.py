@@ -7,7 +7,6 @@ as soon as a command leads away.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.ros.interface.servo_settings import Thresholds
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding, strictest
+from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.limiter import MotionLimits
 
 LOOK_AHEAD = 1e-3  # rad, m: how far the joint that moves most is moved to tell towards from away
@@ -80,12 +80,10 @@ class Caution:
         arm: Arm,
         limits: MotionLimits,
         thresholds: Thresholds,
-        clearance: Callable[[np.ndarray], tuple[float, str]] | None = None,
+        contact: ContactAhead | None = None,
     ) -> None:
-        """clearance: of a configuration (n,), the distance [m] to the nearest contact, and between what it is; None if
-        no geometry is known."""
-        self._arm, self._limits, self._thresholds = arm, limits, thresholds
-        self._clearance = clearance
+        """contact: None if contact does not count."""
+        self._arm, self._limits, self._thresholds, self.contact_ahead = arm, limits, thresholds, contact
         self._singularity = Approach(thresholds.singularity_slow, thresholds.singularity_halt, thresholds)
         self._contact = Approach(thresholds.contact_slow, thresholds.contact_halt, thresholds)
 
@@ -107,8 +105,8 @@ class Caution:
             self._at_top_speed(velocity),
             self._at_top_acceleration(acceleration),
         ]
-        if self._clearance is not None:
-            found.append(self._near_contact(here.q, ahead.q, velocity))
+        if self.contact_ahead is not None:
+            found.append(self._near_contact(self.contact_ahead, here.q, ahead.q, velocity))
         finding = strictest(found)
         if finding.code in JOINTS_TOO_FAST and here.sigma < self._thresholds.singularity_slow:
             return found[1]._replace(share=finding.share)  # it is the singularity that makes them so
@@ -129,12 +127,15 @@ class Caution:
         slowed = Code.LEAVING_SINGULARITY if away else Code.SLOWED_SINGULARITY
         return Finding(share, slowed, text)
 
-    def _near_contact(self, q: np.ndarray, ahead: np.ndarray, velocity: np.ndarray) -> Finding:
-        assert self._clearance is not None
-        (now, between), (further, _) = self._clearance(q), self._clearance(ahead)
-        share, away = self._share(*self._contact.share(now, further), velocity)
+    def _near_contact(
+        self, contact: ContactAhead, q: np.ndarray, ahead: np.ndarray, velocity: np.ndarray
+    ) -> Finding:
+        nearing = contact.nearing(q, ahead, LOOK_AHEAD)
+        if nearing is None:
+            return FOLLOWING
+        share, away = self._share(*self._contact.share(nearing.now, nearing.ahead), velocity)
         slowed = Code.LEAVING_CONTACT if away else Code.SLOWED_CONTACT
-        return Finding(share, slowed, f'{1000.0 * now:.2g} mm between {between}')
+        return Finding(share, slowed, nearing.text)
 
     def _at_top_speed(self, velocity: np.ndarray) -> Finding:
         shares = _shares(TOP_SPEED * self._limits.velocity, velocity)

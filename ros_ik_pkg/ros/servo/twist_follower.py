@@ -58,7 +58,7 @@ class TwistFollower:
         self._checked = options
         self._options = replace(
             options,
-            choice='first', max_attempts=1, max_joint_jump=0.0,
+            choice='first', max_attempts=1, max_joint_jump=0.0, avoid_collisions=False,
             position_tolerance=min(options.position_tolerance, TOLERANCE),
             orientation_tolerance=min(options.orientation_tolerance, TOLERANCE),
             deadline=period,
