@@ -16,12 +16,14 @@ from ros_ik_pkg.ros.interface.servo_settings import Thresholds
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding, strictest
 from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.limiter import MotionLimits
+from ros_ik_pkg.ros.servo.singularity import name_singularity
 
 LOOK_AHEAD = 1e-3  # rad, m: how far the joint that moves most is moved to tell towards from away
 FAR = 1e6  # rad, m: all the room in the world
 TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
 BRAKE = 0.3  # of acceleration and jerk, with which a joint can still stop; the rest is for the curve of the line
 CURVE = 0.4  # of the acceleration limits, for the curve that a straight line is for the joints
+UNNOTICED = 1.3  # share that the rules let through, above which it is not worth a word
 STILL = 1e-9  # rad/s, m/s: no motion
 DAMPING = 1e-4  # of the joint velocities that are judged: near a singularity they exceed every limit, and are slowed
 JOINTS_TOO_FAST = (Code.SLOWED_VELOCITY, Code.SLOWED_ACCELERATION)
@@ -61,15 +63,18 @@ class Posture(NamedTuple):
 
     q: np.ndarray
     joints_from_twist: np.ndarray  # (n, 6) joint velocity for a twist of the tip in base axes
+    jacobian: np.ndarray  # (6, n)
     sigma: float  # the smallest singular value
+    idle: np.ndarray  # (n,) the joint velocity that goes with it
     lost: np.ndarray  # (6,) the twist in base axes that goes with it
 
 
 def posture(arm: Arm, q: np.ndarray, rows: np.ndarray) -> Posture:
     """Return what the Jacobian makes of twists at q (n,), for the rows (k, 6) of the task."""
-    left, sigmas, right = np.linalg.svd(rows @ arm.jacobian(q), full_matrices=False)
+    jacobian = arm.jacobian(q)
+    left, sigmas, right = np.linalg.svd(rows @ jacobian, full_matrices=False)
     joints_from_twist = right.T @ ((sigmas / (sigmas**2 + DAMPING**2))[:, None] * (left.T @ rows))
-    return Posture(q, joints_from_twist, float(sigmas[-1]), rows.T @ left[:, -1])
+    return Posture(q, joints_from_twist, jacobian, float(sigmas[-1]), right[-1], rows.T @ left[:, -1])
 
 
 class Caution:
@@ -123,7 +128,10 @@ class Caution:
 
     def _near_singularity(self, here: Posture, ahead: Posture, velocity: np.ndarray) -> Finding:
         share, away = self._share(*self._singularity.share(here.sigma, ahead.sigma), velocity)
-        text = f'nearly singular, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
+        text = ''
+        if share < UNNOTICED or here.sigma < self._thresholds.singularity_slow:
+            name = name_singularity(here.jacobian, here.idle, here.lost, self._arm.joint_names)
+            text = f'{name}, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
         slowed = Code.LEAVING_SINGULARITY if away else Code.SLOWED_SINGULARITY
         return Finding(share, slowed, text)
 
