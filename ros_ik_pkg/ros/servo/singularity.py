@@ -8,9 +8,9 @@ import numpy as np
 
 TAKES_PART = 0.15  # of the fastest joint of the motion that hardly moves the tip
 PARALLEL = 0.25  # sine of the angle between two axes that count as parallel
-IN_LINE = 0.02  # m between two axes that count as one
+MAINLY = 0.5  # as above, for the last joint of a wrist
 APART = 0.1  # m between two axes that can be an upper arm
-ALONG = 0.7  # cosine
+ALONG = 0.5  # cosine of the angle between the direction that is lost and the one that names it
 OTHERWISE = 'nearly singular'
 
 
@@ -20,7 +20,7 @@ def name_singularity(
     """Return what makes an arm nearly singular: 'too far: elbow is nearly stretched' or its like.
 
     jacobian: (6, n) geometric. joint_motion: (n,) that hardly moves the tip. lost: (6,) twist that hardly any motion of
-    the joints makes. All in base axes. Wrists are told by two axes in line; elbows and shoulders by the direction that
+    the joints makes. All in base axes. Wrists are told by their outer axes; elbows and shoulders by the direction that
     is lost, along the upper arm or across the plane of the arm. Other arms are `OTHERWISE`.
     """
     turning = [i for i in range(jacobian.shape[1]) if np.linalg.norm(jacobian[3:, i]) > 0.5]
@@ -28,32 +28,35 @@ def name_singularity(
     axes = {i: jacobian[3:, i] / np.linalg.norm(jacobian[3:, i]) for i in turning}
     # The point of each axis that is nearest to the tip, seen from there: v = axis x (tip - point).
     points = {i: np.cross(axes[i], jacobian[:3, i]) for i in turning}
-    pairs = [
-        (i, j) for i in turning for j in turning
-        if i < j and moving[i] and moving[j] and np.linalg.norm(np.cross(axes[i], axes[j])) < PARALLEL
-    ]  # fmt: skip
-    for i, j in pairs:
-        if np.linalg.norm(_between(points[i], points[j], axes[j])) < IN_LINE:
-            return f'the axes of {names[i]} and {names[j]} are nearly in line'
+    if len(turning) > 2:
+        i, j = turning[-3], turning[-1]
+        if moving[i] and np.abs(joint_motion[j]) > MAINLY * np.abs(joint_motion).max() and _parallel(axes[i], axes[j]):
+            return f'the axes of {names[i]} and {names[j]} are nearly parallel'
     force = lost[:3] / max(float(np.linalg.norm(lost[:3])), 1e-12)
     for i, j in _neighbours(turning, axes):
         upper_arm = _between(points[i], points[j], axes[j])
         length = float(np.linalg.norm(upper_arm))
-        if length < APART or not moving[i : j + 1].any() or j == turning[-1]:
+        if length < APART or j == turning[-1]:
             continue
-        wrist = _meeting([points[k] for k in turning if k > j], [axes[k] for k in turning if k > j])
-        if moving[j] and abs(upper_arm @ force) > ALONG * length:
-            stretched = _between(points[j], wrist, axes[j]) @ upper_arm > 0.0
-            far, how = ('too far', 'stretched') if stretched else ('too near', 'folded')
-            return f'{far}: {names[j]} is nearly {how}'
-        if moving[: i].any() and abs(axes[j] @ force) > ALONG:
+        along, across = abs(upper_arm @ force) / length, abs(axes[j] @ force)
+        if max(along, across) < ALONG:
+            break
+        if across > along:
             return f'too near: the wrist is nearly on the axis of {names[turning[0]]}'
+        wrist = _meeting([points[k] for k in turning if k > j], [axes[k] for k in turning if k > j])
+        stretched = _between(points[j], wrist, axes[j]) @ upper_arm > 0.0
+        return f'too far: {names[j]} is nearly stretched' if stretched else f'too near: {names[j]} is nearly folded'
     return OTHERWISE
 
 
 def _neighbours(turning: list[int], axes: dict[int, np.ndarray]) -> list[tuple[int, int]]:
     """Return joints that follow each other and have parallel axes."""
-    return [(i, j) for i, j in zip(turning, turning[1:]) if np.linalg.norm(np.cross(axes[i], axes[j])) < PARALLEL]
+    return [(i, j) for i, j in zip(turning, turning[1:]) if _parallel(axes[i], axes[j])]
+
+
+def _parallel(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether two axes are nearly parallel."""
+    return bool(np.linalg.norm(np.cross(one, other)) < PARALLEL)
 
 
 def _between(one: np.ndarray, other: np.ndarray, axis: np.ndarray) -> np.ndarray:
