@@ -15,6 +15,7 @@ from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.goal_stream import GoalStream
 from ros_ik_pkg.ros.servo.limiter import JerkLimiter, Motion, MotionLimits, make_limiter
 from ros_ik_pkg.ros.servo.reference import Reference
+from ros_ik_pkg.ros.servo.straight_move import StraightMove
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand, TwistFollower
 
 SETTLING = 0.5  # s at rest, after which a joint that is not where it was told to be has been moved by others
@@ -115,6 +116,10 @@ class Servo:
             self._goals = GoalStream(self.position, self.limits.velocity)
         self._goals.put(q, now)
         self._refused = None
+        if self._goals.alone and self.at_rest and self.smoothing != 'none':
+            self._move = StraightMove(self.position, q, self.limits, self.period)
+        elif self._move is not None:
+            self._begin()
         return ''
 
     def pause(self, paused: bool) -> None:
@@ -179,6 +184,8 @@ class Servo:
             return self._reference.follow(motion.position, motion.velocity)
         if self.owner is Owner.POSE:
             self.finding = STANDING if self._goals.reached(self.position) else FOLLOWING
+            if self._move is not None:
+                return self._move.step()
             return self._reference.follow(*self._goals.at(now))
         return None
 
@@ -219,6 +226,7 @@ class Servo:
         self._follower.start(motion.position, motion.velocity)
         constant = self.settings.response_time if self.owner is Owner.POSE else 0.0
         self._reference = Reference(motion, self.period, constant)
+        self._move: StraightMove | None = None
 
 
 def motion_limits(arm: Arm, settings: ServoSettings, velocity_scale: float) -> MotionLimits:
