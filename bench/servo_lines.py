@@ -31,8 +31,8 @@ THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPT
 
 
 class Line(NamedTuple):
-    """A line of the tip at SPEED: an arm, a configuration (n,) [rad] near which it leads by, its direction (3,), and how
-    far [m] before that it starts."""
+    """A line of the tip at SPEED: an arm, a configuration (n,) [rad] near which it leads by, its direction (3,), and
+    how far [m] before that it starts."""
 
     name: str
     arm: str
@@ -83,7 +83,8 @@ def line_rows(picture: Path | None = None) -> list[tuple[str, ...]]:
 
 def _ours(arm: Arm, line: Line) -> tuple[np.ndarray, str]:
     """Return the commands (k, n) of the servo of this package on a line, and what it says at the end."""
-    servo, now, commands = Servo(arm, SolveOptions(), SETTINGS, THRESHOLDS, 1.0, line.start(arm)), 0.0, [line.start(arm)]
+    commands, now = [line.start(arm)], 0.0
+    servo = Servo(arm, SolveOptions(), SETTINGS, THRESHOLDS, 1.0, commands[0])
     for k in range(round(TIME * RATE)):
         if k % 5 == 0:
             servo.twist(TwistCommand(_twist(line), np.eye(3)), now)
@@ -95,16 +96,17 @@ def _ours(arm: Arm, line: Line) -> tuple[np.ndarray, str]:
 def _single_step(arm: Arm, line: Line) -> tuple[np.ndarray, str]:
     """Return the commands (k, n) of the other servo, and what it does at the end."""
     limits = motion_limits(arm, SETTINGS, 1.0)
-    commands, said = [line.start(arm)], 'goes on'
+    commands, said = [line.start(arm)], ''
     for _ in range(round(TIME * RATE)):
         q = commands[-1]
         jacobian = arm.jacobian(q)
         velocity = np.linalg.pinv(jacobian) @ _twist(line)
-        velocity *= _scale(arm, q, velocity, float(np.linalg.cond(jacobian)))
+        share = _scale(arm, q, velocity, float(np.linalg.cond(jacobian)))
+        velocity *= share
         velocity /= max(1.0, float(np.max(np.abs(velocity) / limits.velocity)))
         step = q + velocity * PERIOD
         halted = not velocity.any() or bool(np.any((step < limits.lower) | (step > limits.upper)))
-        said = 'halts' if halted else 'goes on'
+        said = 'halts' if halted else f'at {100.0 * share:.2g} % of its speed'
         commands.append(q if halted else step)
     return np.array(commands), said
 
@@ -147,7 +149,8 @@ def _draw(drawn: list[tuple], picture: Path) -> None:
     figure = Figure(figsize=(9.0, 2.2 * len(LINES)), layout='constrained')
     panes: dict[str, Callable] = {}
     for axes, line in zip(figure.subplots(len(LINES), 1), LINES):
-        axes.set(title=line.name, xlabel='along the line [m]', ylabel='off the line [mm]', yscale='log', ylim=(1e-4, 1e3))
+        axes.set(title=line.name, xlabel='along the line [m]', ylabel='off the line [mm]', yscale='log')
+        axes.set_ylim(1e-4, 1e3)
         axes.axhline(1.0, color='0.6', linewidth=0.8)
         panes[line.name] = axes
     for line, name, off, along in drawn:

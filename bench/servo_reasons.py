@@ -18,21 +18,20 @@ from bench.published_robots import UR5
 from ros_ik_pkg.ik import Arm, Obstacle, SolveOptions, World, load_arm
 from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
-from ros_ik_pkg.ros.servo.codes import Code
 from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.servo import Servo
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand
 
-REASONS_HEAD = ('made case', 'runs', 'right', 'ended in another trouble, and said so', 'wrong')
+REASONS_HEAD = ('trouble', 'runs', 'right', 'right about another one that came first', 'wrong')
 RATE = 100.0  # Hz
 LONGEST = 20.0  # s
 SPEED = 0.2  # m/s, rad/s
 UPPER_ARM, FOREARM, WRIST = 0.425, 0.39225, 0.09465  # m, of the UR5: a2, a3, d5
-KINDS = ('too far', 'too near', 'shoulder', 'elbow', 'wrist', 'limit', 'contact')  # shoulder: too near to the first axis
+KINDS = ('too far', 'too near', 'shoulder', 'elbow', 'wrist', 'limit', 'contact')
 NEAR_ZERO = {'elbow': 0.15, 'wrist': 0.05, 'shoulder': 0.1}  # rad, rad, m: what counts as singular
 SAID = {
-    'too far': ('nearly stretched',), 'too near': ('nearly folded',), 'wrist': ('nearly parallel',), 'limit': ('limit',),
-    'shoulder': ('wrist is nearly on the axis',), 'contact': ('mm between', 'would touch'),
+    'too far': ('nearly stretched',), 'too near': ('nearly folded',), 'wrist': ('nearly parallel',),
+    'limit': ('limit',), 'shoulder': ('wrist is nearly on the axis',), 'contact': ('mm between', 'would touch'),
 }  # fmt: skip
 SETTINGS = replace(ServoSettings(**{option.name: option.default for option in SERVO_OPTIONS}), command_rate=RATE)
 THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPTIONS})

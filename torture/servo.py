@@ -1,10 +1,11 @@
 """Ten minutes of commands at 500 Hz for each of three arms, one of them with five joints, by the servo of the node
 without its threads and messages: twists in base and tip axes, poses near and anywhere, bursts, reversals, runs into
-singularities, joint limits, itself, a floor, a table and a post, pauses, silence of commands and of joint states, other
-options, and a new start. The differences of the published positions are held against the limits of position, velocity,
-acceleration and jerk; one command is one period. Contact is judged by Pinocchio and coal on the meshes of the URDF, at
-every command near the last contact that was spoken of, and at every fourth of the others. Then lines of the tip across the reach of an arm: the tip stays on its line, by
-Pinocchio, or the arm halts and says why. Last, how long an arm moves after the last twist."""
+singularities, joint limits, the arm itself, a floor, a table and a post, pauses, silence of commands and of joint
+states, other options, a new start. The differences of the published positions are held against the limits of position,
+velocity, acceleration and jerk; one command is one period. Contact is judged by Pinocchio and coal on the meshes of the
+URDF, at every command while the servo speaks of contact, and at every fourth one else. Then lines of the tip across the
+reach of an arm: the tip stays on its line, by Pinocchio, or the arm halts and says why. Last, how long an arm moves
+after the last twist."""
 
 from __future__ import annotations
 
@@ -128,7 +129,7 @@ class Place:
     def __init__(self, case: Case) -> None:
         """The tip starts above the table."""
         tip = case.arm.forward(case.start)[:3, 3]
-        places = {'table': tip - (0.0, 0.0, 0.3), 'post': tip + (0.0, 0.35, 0.0)}
+        places = {'table': tip + np.array([0.0, 0.0, -0.3]), 'post': tip + np.array([0.0, 0.35, 0.0])}
         self._poses = {name: pin.SE3(np.eye(3), place).homogeneous for name, place in places.items()}
         self._case, self._last = case, case.start
         self.touching = self.looks = 0

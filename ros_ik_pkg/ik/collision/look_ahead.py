@@ -29,8 +29,7 @@ def gap_of(scene, placed, k, clear):
 
 @compiled
 def gaps_of(packed, configurations, within):
-    """Return (N, C): `gap_of` each contact at each configuration (N, n), inf for those further apart than `within` (C,).
-    """
+    """Return (N, C): `gap_of` each contact at each configuration (N, n), inf where it is more than `within` (C,)."""
     gaps = np.empty((len(configurations), int(packed[2]) + int(packed[3])))
     _write_gaps(packed, configurations, within, np.empty(scene_memory(packed)), gaps)
     return gaps
@@ -52,9 +51,9 @@ def _write_gaps(packed, configurations, within, memory, gaps):
 def contact_of_stop(packed, levers, margins, state, limits, period, where):
     """Return the first contact, numbered as in `first_contact`, on the shortest stop from a state; -1 if it is clear.
 
-    levers: (C, n) by how much a contact's gap shrinks at most per rad or m of each joint. margins: (C,)
-    [m] the gap that must be left, -inf for contacts that do not count. state: (3, n) position, velocity, acceleration. limits: (5, n) as for `advance`. period: [s], the least time
-    between two looks. where: (n,) receives the joint positions of the contact.
+    levers: (C, n) by how much a contact's gap shrinks at most per rad or m of each joint. margins: (C,) [m] the gap
+    that must be left, -inf for contacts that do not count. state: (3, n) position, velocity, acceleration. limits:
+    (5, n) as for `advance`. period: [s] the least time between two looks. where: (n,) receives the joints of the contact.
     """
     contacts = int(packed[2]) + int(packed[3])
     return _follow_stop(

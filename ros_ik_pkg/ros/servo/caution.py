@@ -24,6 +24,7 @@ TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
 BRAKE = 0.3  # of acceleration and jerk, with which a joint can still stop; the rest is for the curve of the line
 CURVE = 0.4  # of the acceleration limits, for the curve that a straight line is for the joints
 UNNOTICED = 1.3  # share that the rules let through, above which it is not worth a word
+NAMED_FOR = 0.01  # rad, m: how far a joint moves before a singularity may have another name
 STILL = 1e-9  # rad/s, m/s: no motion
 DAMPING = 1e-4  # of the joint velocities that are judged: near a singularity they exceed every limit, and are slowed
 JOINTS_TOO_FAST = (Code.SLOWED_VELOCITY, Code.SLOWED_ACCELERATION)
@@ -89,6 +90,8 @@ class Caution:
     ) -> None:
         """contact: None if contact does not count."""
         self._arm, self._limits, self._thresholds, self.contact_ahead = arm, limits, thresholds, contact
+        self._named_at: np.ndarray | None = None
+        self._singularity_name = ''
         self._singularity = Approach(thresholds.singularity_slow, thresholds.singularity_halt, thresholds)
         self._contact = Approach(thresholds.contact_slow, thresholds.contact_halt, thresholds)
 
@@ -130,10 +133,16 @@ class Caution:
         share, away = self._share(*self._singularity.share(here.sigma, ahead.sigma), velocity)
         text = ''
         if share < UNNOTICED or here.sigma < self._thresholds.singularity_slow:
-            name = name_singularity(here.jacobian, here.idle, here.lost, self._arm.joint_names)
-            text = f'{name}, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
+            text = f'{self._name(here)}, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
         slowed = Code.LEAVING_SINGULARITY if away else Code.SLOWED_SINGULARITY
         return Finding(share, slowed, text)
+
+    def _name(self, here: Posture) -> str:
+        """Return the name of a singularity, a new one only after some way: it takes longer than all rules together."""
+        if self._named_at is None or np.abs(here.q - self._named_at).max() > NAMED_FOR:
+            self._named_at = here.q
+            self._singularity_name = name_singularity(here.jacobian, here.idle, here.lost, self._arm.joint_names)
+        return self._singularity_name
 
     def _near_contact(
         self, contact: ContactAhead, q: np.ndarray, ahead: np.ndarray, velocity: np.ndarray

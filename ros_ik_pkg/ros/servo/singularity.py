@@ -23,40 +23,29 @@ def name_singularity(
     the joints makes. All in base axes. Wrists are told by their outer axes; elbows and shoulders by the direction that
     is lost, along the upper arm or across the plane of the arm. Other arms are `OTHERWISE`.
     """
-    turning = [i for i in range(jacobian.shape[1]) if np.linalg.norm(jacobian[3:, i]) > 0.5]
-    moving = np.abs(joint_motion) > TAKES_PART * np.abs(joint_motion).max()
-    axes = {i: jacobian[3:, i] / np.linalg.norm(jacobian[3:, i]) for i in turning}
-    # The point of each axis that is nearest to the tip, seen from there: v = axis x (tip - point).
-    points = {i: np.cross(axes[i], jacobian[:3, i]) for i in turning}
-    if len(turning) > 2:
-        i, j = turning[-3], turning[-1]
-        if moving[i] and np.abs(joint_motion[j]) > MAINLY * np.abs(joint_motion).max() and _parallel(axes[i], axes[j]):
-            return f'the axes of {names[i]} and {names[j]} are nearly parallel'
+    turning = np.flatnonzero(np.linalg.norm(jacobian[3:], axis=0) > 0.5)
+    names = [names[i] for i in turning]
+    axes = jacobian[3:, turning].T / np.linalg.norm(jacobian[3:, turning], axis=0)[:, None]
+    # The point of each axis that is nearest to the tip, seen from there: velocity = axis x (tip - point).
+    points = np.cross(axes, jacobian[:3, turning].T)
+    motion = np.abs(joint_motion[turning]) / np.abs(joint_motion).max()
+    parallel = 1.0 - (axes @ axes.T) ** 2 < PARALLEL**2
+    if len(turning) > 2 and parallel[-3, -1] and motion[-3] > TAKES_PART and motion[-1] > MAINLY:
+        return f'the axes of {names[-3]} and {names[-1]} are nearly parallel'
     force = lost[:3] / max(float(np.linalg.norm(lost[:3])), 1e-12)
-    for i, j in _neighbours(turning, axes):
-        upper_arm = _between(points[i], points[j], axes[j])
+    for j in range(1, len(turning) - 1):
+        upper_arm = _between(points[j - 1], points[j], axes[j])
         length = float(np.linalg.norm(upper_arm))
-        if length < APART or j == turning[-1]:
+        if not parallel[j - 1, j] or length < APART:
             continue
         along, across = abs(upper_arm @ force) / length, abs(axes[j] @ force)
         if max(along, across) < ALONG:
             break
         if across > along:
-            return f'too near: the wrist is nearly on the axis of {names[turning[0]]}'
-        wrist = _meeting([points[k] for k in turning if k > j], [axes[k] for k in turning if k > j])
-        stretched = _between(points[j], wrist, axes[j]) @ upper_arm > 0.0
+            return f'too near: the wrist is nearly on the axis of {names[0]}'
+        stretched = _between(points[j], _meeting(points[j + 1 :], axes[j + 1 :]), axes[j]) @ upper_arm > 0.0
         return f'too far: {names[j]} is nearly stretched' if stretched else f'too near: {names[j]} is nearly folded'
     return OTHERWISE
-
-
-def _neighbours(turning: list[int], axes: dict[int, np.ndarray]) -> list[tuple[int, int]]:
-    """Return joints that follow each other and have parallel axes."""
-    return [(i, j) for i, j in zip(turning, turning[1:]) if _parallel(axes[i], axes[j])]
-
-
-def _parallel(one: np.ndarray, other: np.ndarray) -> bool:
-    """Return whether two axes are nearly parallel."""
-    return bool(np.linalg.norm(np.cross(one, other)) < PARALLEL)
 
 
 def _between(one: np.ndarray, other: np.ndarray, axis: np.ndarray) -> np.ndarray:
@@ -65,7 +54,7 @@ def _between(one: np.ndarray, other: np.ndarray, axis: np.ndarray) -> np.ndarray
     return way - (way @ axis) * axis
 
 
-def _meeting(points: list[np.ndarray], axes: list[np.ndarray]) -> np.ndarray:
-    """Return the point (3,) that is nearest to some lines, and of several such points the one nearest to the tip."""
-    across = [np.eye(3) - np.outer(axis, axis) for axis in axes]
-    return np.linalg.pinv(sum(across), rcond=1e-3) @ sum(matrix @ point for matrix, point in zip(across, points))
+def _meeting(points: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return the point (3,) nearest to some lines (k, 3), and of several such points the one nearest to the tip."""
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    return np.linalg.pinv(across.sum(axis=0), rcond=1e-3) @ (across @ points[:, :, None]).sum(axis=0)[:, 0]

@@ -13,7 +13,7 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from ros_ik_pkg.ik import Arm, ArgumentError
+from ros_ik_pkg.ik import ArgumentError, Arm
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.interface.parameters import Settings

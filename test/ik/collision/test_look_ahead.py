@@ -15,8 +15,8 @@ FAR = 10.0  # m
 ACCELERATION, JERK = 3.0, 30.0
 
 BALL = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
-SLIDES = f"""<robot name="slides"><link name="a">{BALL}</link><link name="b"/><link name="c"/><link name="d">{BALL}</link>
-<link name="e">{BALL}</link>
+SLIDES = f"""<robot name="slides"><link name="a">{BALL}</link><link name="b"/><link name="c"/>
+<link name="d">{BALL}</link><link name="e">{BALL}</link>
 <joint name="out" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="1 0 0"/><origin xyz="0.3 0 0"/>
 <limit lower="-0.2" upper="0.5" velocity="1" effort="1"/></joint>
 <joint name="turn" type="revolute"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/><origin xyz="0.2 0.1 0"/>
