@@ -53,7 +53,8 @@ def contact_of_stop(packed, levers, margins, state, limits, period, where):
 
     levers: (C, n) by how much a contact's gap shrinks at most per rad or m of each joint. margins: (C,) [m] the gap
     that must be left, -inf for contacts that do not count. state: (3, n) position, velocity, acceleration. limits:
-    (5, n) as for `advance`. period: [s] the least time between two looks. where: (n,) receives the joints of the contact.
+    (5, n) as for `advance`. period: [s] the least time between two looks.
+    where: (n,) receives the joints of the contact.
     """
     contacts = int(packed[2]) + int(packed[3])
     return _follow_stop(
