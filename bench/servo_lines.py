@@ -154,6 +154,8 @@ def _draw(drawn: list[tuple], picture: Path) -> None:
         axes.axhline(1.0, color='0.6', linewidth=0.8)
         panes[line.name] = axes
     for line, name, off, along in drawn:
-        panes[line.name].plot(along, np.maximum(1e3 * off, 1e-4), label=name, linewidth=1.5)
-        panes[line.name].legend(loc='lower right')
+        height = np.maximum(1e3 * off, 1e-4)
+        (curve,) = panes[line.name].plot(along, height, label=name, linewidth=1.5)
+        panes[line.name].plot(along[-1:], height[-1:], 'o', color=curve.get_color(), clip_on=False)  # where it ends
+        panes[line.name].legend(loc='upper right')
     figure.savefig(picture, dpi=100)

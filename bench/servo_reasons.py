@@ -39,7 +39,7 @@ THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPT
 Push = Callable[[np.ndarray], np.ndarray]  # joints (n,) -> twist (6,)
 
 
-def reason_rows(count: int) -> list[tuple]:
+def reason_rows(count: int) -> list[tuple[str, ...]]:
     """Return a row of each kind of trouble, of `count` runs in all."""
     arm = load_arm('ur5')
     urdf, srdf, tip = UR5
@@ -50,7 +50,7 @@ def reason_rows(count: int) -> list[tuple]:
         seen: Counter[str] = Counter()
         for _ in range(runs):
             seen[_run(shaped if kind == 'contact' else arm, kind, rng)] += 1
-        rows.append((kind, runs, seen['right'], seen['other'], seen['wrong']))
+        rows.append((kind, *map(str, (runs, seen['right'], seen['other'], seen['wrong']))))
     return rows
 
 

@@ -30,7 +30,8 @@ def name_singularity(
     points = np.cross(axes, jacobian[:3, turning].T)
     motion = np.abs(joint_motion[turning]) / np.abs(joint_motion).max()
     parallel = 1.0 - (axes @ axes.T) ** 2 < PARALLEL**2
-    if len(turning) > 2 and parallel[-3, -1] and motion[-3] > TAKES_PART and motion[-1] > MAINLY:
+    wrist = len(turning) > 2 and parallel[-3, -1] and not parallel[-3, -2]
+    if wrist and motion[-3] > TAKES_PART and motion[-1] > MAINLY:
         return f'the axes of {names[-3]} and {names[-1]} are nearly parallel'
     force = lost[:3] / max(float(np.linalg.norm(lost[:3])), 1e-12)
     for j in range(1, len(turning) - 1):
