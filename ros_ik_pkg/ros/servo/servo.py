@@ -59,7 +59,7 @@ class Servo:
         self._joint_states_heard = math.inf  # until the first: then its time
         self._paused = self._closing = False
         self._stopped = True  # a command takes the arm anew
-        self._moved = -math.inf  # s: when the last command was in motion
+        self._rested = math.inf  # s: for how many periods the commands have stood still, not by a clock that runs on
         self._refused: Finding | None = None  # why the arm must stop before it goes on
 
     def use(self, options: SolveOptions) -> None:
@@ -104,7 +104,7 @@ class Servo:
         if self._paused:
             return
         if self.owner is not Owner.TWIST or self._stopped:
-            self._take(Owner.TWIST, now, joint_state)
+            self._take(Owner.TWIST, joint_state)
         self._command, self._commanded = command, now
 
     def pose(self, q: np.ndarray, now: float, joint_state: np.ndarray | None = None) -> str:
@@ -112,7 +112,7 @@ class Servo:
         if self._paused:
             return PAUSED.sentence
         if self.owner is not Owner.POSE or self._stopped:
-            self._take(Owner.POSE, now, joint_state)
+            self._take(Owner.POSE, joint_state)
             self._goals = GoalStream(self.position, self.limits.velocity)
         self._goals.put(q, now)
         self._refused = None
@@ -146,8 +146,7 @@ class Servo:
         Raises RuntimeError at one that a last look does not let through: it must not be published.
         """
         before, halt = self._limiter.state, self._halt(now)
-        if not self.at_rest:
-            self._moved = now
+        self._rested = self._rested + self.period if self.at_rest else 0.0
         smooth = None if halt is not None else self._smooth(now)
         if smooth is not None:
             command = self._limiter.advance(smooth)
@@ -207,10 +206,10 @@ class Servo:
             return Finding(0.0, Code.COMMANDS_STOPPED, f'no twist for more than {longest:g} s')
         return None
 
-    def _take(self, owner: Owner, now: float, joint_state: np.ndarray | None) -> None:
+    def _take(self, owner: Owner, joint_state: np.ndarray | None) -> None:
         """Give the arm to one kind of command; a motion goes on from where it is."""
         self.owner, self._stopped = owner, False
-        if joint_state is not None and now - self._moved > SETTLING:
+        if joint_state is not None and self.at_rest and self._rested > SETTLING:
             off = np.abs(joint_state - self.position).max()
             if off > self.settings.resync:
                 self._place(joint_state)

@@ -264,6 +264,16 @@ def test_a_joint_state_of_a_moment_ago_does_not_pull_the_stream_back():
     run.assert_smooth()
 
 
+def test_a_stream_that_got_no_processor_for_a_while_does_not_leap_to_an_old_joint_state():
+    run = Run()
+    run.twist(ALONG_Y, 0.6)
+    assert not run.servo.at_rest
+    run.now += 1.0  # without a command
+    run.servo.pose(pose_goal(0.0, 0.1), run.now, joint_state=run.commands[-1] - 0.1)
+    run.ticks(1000)
+    run.assert_smooth()
+
+
 def test_a_controller_that_lags_a_little_does_not_pull_the_stream_back():
     run = Run()
     run.twist(ALONG_Y, 0.4, joint_state=ARM.home)
