@@ -44,6 +44,8 @@ def main() -> int:
             return measure_collision(arguments.collision)
         if arguments.check_paths:
             return check_paths(arguments.check_paths)
+        if arguments.servo:
+            return measure_servo(arguments.servo)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
@@ -69,6 +71,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--collision', type=_positive, metavar='N')
     parser.add_argument('--check-paths', type=_positive, metavar='N')
+    parser.add_argument('--servo', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -128,6 +131,21 @@ def check_paths(count: int) -> int:
     rows, wrong = check_rows(count)
     print(markdown([CHECK_HEAD, *rows]))
     return int(wrong > 0)
+
+
+def measure_servo(count: int) -> int:
+    """Print the tables of the servo, and draw its lines; 1 if a reason is wrong more often than in one of 100 runs."""
+    from bench.servo_lines import LINES_HEAD, line_rows
+    from bench.servo_reasons import REASONS_HEAD, reason_rows
+    from bench.servo_stream import COST_HEAD, STREAM_HEAD, cost_rows, stream_rows
+
+    reasons = reason_rows(count)
+    tables = (
+        [REASONS_HEAD, *reasons], [LINES_HEAD, *line_rows(ROOT / 'docs' / 'servo_lines.png')],
+        [COST_HEAD, *cost_rows()], [STREAM_HEAD, *stream_rows()],
+    )  # fmt: skip
+    print('\n\n'.join(map(markdown, tables)))
+    return int(100 * sum(int(row[-1]) for row in reasons) > count)
 
 
 def measure(arguments: argparse.Namespace, report: Report) -> None:

@@ -1,9 +1,11 @@
 """Ten minutes of commands at 500 Hz for each of three arms, one of them with five joints, by the servo of the node
 without its threads and messages: twists in base and tip axes, poses near and anywhere, bursts, reversals, runs into
-singularities, joint limits and a contact, pauses, silence of commands and of joint states, other options, and a new
-start. The differences of the published positions are held against the limits of position, velocity, acceleration and
-jerk; one command is one period. Then lines of the tip across the reach of an arm: the tip stays on its line, by
-Pinocchio, or the arm halts and says why. Last, how long an arm moves after the last twist."""
+singularities, joint limits, the arm itself, a floor, a table and a post, pauses, silence of commands and of joint
+states, other options, a new start. The differences of the published positions are held against the limits of position,
+velocity, acceleration and jerk; one command is one period. Contact is judged by Pinocchio and coal on the meshes of the
+URDF, at every command while the servo speaks of contact, and at every fourth one else. Then lines of the tip across the
+reach of an arm: the tip stays on its line, by Pinocchio, or the arm halts and says why. Last, how long an arm moves
+after the last twist."""
 
 from __future__ import annotations
 
@@ -11,13 +13,20 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik import Arm, SolveOptions, load_arm
+from bench.published_robots import PANDA, UR5, UrdfJudge, moving_pairs
+from ros_ik_pkg.ik import Arm, Obstacle, SolveOptions, World, load_arm
+from ros_ik_pkg.ik.contacts.coal_library import coal
+from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
 from ros_ik_pkg.ros.servo.codes import Code
+from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.servo import Servo
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand
 from torture.plan import Check, Plan, progress, unless
@@ -31,43 +40,59 @@ BASE = np.eye(3)
 ROUNDING = 1e-9  # of a limit
 LINE = 1e-3  # m
 LINE_TIME = 12.0  # s outwards at 0.2 m/s: further than any of these arms reaches
+PANDA_START = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
 UR5_START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
-TILT = (1, 1, 1, 1, 1, 0)  # the rows that five joints can follow
+TILT = (1, 1, 1, 1, 0, 1)  # the rows that five joints can follow
 KINDS = ('push', 'shake', 'near', 'anywhere', 'pause', 'silence', 'deaf', 'options', 'start')
+FLOOR = -0.05  # m
+SIZES = {'table': (0.4, 0.6, 0.05), 'post': (0.08, 0.08, 1.2)}  # m
+NEAR = (Code.SLOWED_CONTACT, Code.HALTED_CONTACT, Code.LEAVING_CONTACT)
+SPARSE = 4  # commands from one look at contact to the next, in the open
 OTHERS = (SolveOptions(), SolveOptions(method='sdls'), SolveOptions(task_weights=(1, 1, 1, 0, 0, 0)))
 
 
-def arms() -> dict[str, tuple[Arm, np.ndarray, SolveOptions]]:
-    """Return arms by name, with a start (n,) [rad] and the options of their solves."""
-    panda, ur5 = load_arm('panda'), load_arm('ur5')
-    five = load_arm('ur5', tip='link5')
+class Case(NamedTuple):
+    """An arm of a URDF, where it starts (n,) [rad], and how it solves."""
+
+    arm: Arm
+    start: np.ndarray
+    options: SolveOptions
+    urdf: Path
+
+
+def arms() -> dict[str, Case]:
+    """Return the arms by name."""
+    (panda, panda_srdf, hand), (ur5, ur5_srdf, end) = PANDA, UR5
     return {
-        'panda': (panda, panda.home, SolveOptions()),
-        'ur5': (ur5, UR5_START, SolveOptions()),
-        'five joints': (five, UR5_START[:5], SolveOptions(task_weights=TILT, task_frame='tip')),
-    }
+        'panda': Case(load_arm(panda, tip=hand, srdf=panda_srdf), PANDA_START, SolveOptions(), panda),
+        'ur5': Case(load_arm(ur5, tip=end, srdf=ur5_srdf), UR5_START, SolveOptions(), ur5),
+        'five joints': Case(
+            load_arm(ur5, tip='wrist_2_link', srdf=ur5_srdf), UR5_START[:5],
+            SolveOptions(task_weights=TILT, task_frame='tip'), ur5,
+        ),
+    }  # fmt: skip
 
 
 def run(plan: Plan) -> Iterator[Check]:
     """Stream for the minutes of the plan, a third of them for each arm unless they are the default."""
     minutes = MINUTES if plan.minutes is None else plan.minutes / 3.0
-    for name, (arm, start, options) in arms().items():
-        yield from _stream(name, arm, start, options, plan, minutes)
-    for name, (arm, start, options) in arms().items():
-        yield _line(name, arm, start, options)
-    for name, (arm, start, options) in arms().items():
-        yield _stop(name, arm, start, options)
+    for name, case in arms().items():
+        yield from _stream(name, case, plan, minutes)
+    for name, case in arms().items():
+        yield _line(name, case)
+    for name, case in arms().items():
+        yield _stop(name, case)
 
 
-def _stream(
-    name: str, arm: Arm, start: np.ndarray, options: SolveOptions, plan: Plan, minutes: float
-) -> Iterator[Check]:
+def _stream(name: str, case: Case, plan: Plan, minutes: float) -> Iterator[Check]:
     ticks = round(60.0 * minutes * RATE)
-    wild = Wild(arm, start, options, np.random.default_rng(plan.seed))
+    wild = Wild(case, np.random.default_rng(plan.seed))
     for _ in progress(range(ticks), name):
         wild.tick()
     broken = ', '.join(f'{count} {what}' for what, count in wild.judge.broken.items())
     yield Check(f'{name}: commands over a limit', broken or f'0 of {ticks}', broken)
+    touching, looks = wild.place.touching, wild.place.looks
+    yield Check(f'{name}: commands in contact', f'{touching} of {looks}', unless(not touching, f'{touching} commands'))
     seen = ', '.join(f'{count} {code.label}' for code, count in wild.codes.most_common())
     yield Check(f'{name}: what was said', seen, unless(len(wild.codes) > 5 or minutes < 0.5, 'too little was tried'))
 
@@ -98,23 +123,61 @@ class Judge:
         self._last = [q] * 3
 
 
+class Place:
+    """A floor, a table below the tip and a post beside it, and what coal sees of an arm there."""
+
+    def __init__(self, case: Case) -> None:
+        """The tip starts above the table."""
+        tip = case.arm.forward(case.start)[:3, 3]
+        places = {'table': tip + np.array([0.0, 0.0, -0.3]), 'post': tip + np.array([0.0, 0.35, 0.0])}
+        self._poses = {name: pin.SE3(np.eye(3), place).homogeneous for name, place in places.items()}
+        self._case, self._last = case, case.start
+        self.touching = self.looks = 0
+
+    @cached_property
+    def room(self) -> Room:
+        """The arm among them."""
+        obstacles = tuple(Obstacle(name, 'box', SIZES[name], pose) for name, pose in self._poses.items())
+        return self._case.arm.contacts.room(World(floor=FLOOR, obstacles=obstacles))
+
+    @cached_property
+    def _judge(self) -> UrdfJudge:
+        """Pinocchio's and coal's view."""
+        arm, names = self._case.arm, {*SIZES, 'floor'}
+        judge = UrdfJudge(
+            self._case.urdf, {pair for pair in moving_pairs(self.room) if not pair & names}, self.room.positions,
+            arm.base_frame,
+        )  # fmt: skip
+        below = pin.SE3(np.eye(3), np.array([0.0, 0.0, FLOOR - 1.0])).homogeneous
+        for name in names:
+            links = [link for pair in self.room.pairs if name in pair for link in pair if link != name]
+            judge.add(name, coal.Box(*SIZES.get(name, (10.0, 10.0, 2.0))), self._poses.get(name, below), links)
+        return judge
+
+    def look(self, q: np.ndarray) -> None:
+        """Count whether a command (n,) touches anything, unless it is the one before."""
+        if np.array_equal(q, self._last):
+            return
+        self._last = q
+        self.looks += 1
+        self.touching += self._judge.touches(self._case.arm.joint_names, q)
+
+
 class Wild:
     """A servo, and a hand that does anything with it."""
 
-    def __init__(self, arm: Arm, start: np.ndarray, options: SolveOptions, rng: np.random.Generator) -> None:
-        self._arm, self._options, self._rng, self._now, self._left = arm, options, rng, 0.0, 0
-        self._wall = arm.forward(start)[2, 3] - 0.3  # m: a table below the tip
+    def __init__(self, case: Case, rng: np.random.Generator) -> None:
+        self._arm, self._options, self._rng, self._now, self._left = case.arm, case.options, rng, 0.0, 0
         self.codes: Counter[Code] = Counter()
-        self._servo = self._new(start)
-        self.judge = Judge(self._servo, start)
+        self.place = Place(case)
+        self._contact = ContactAhead(case.arm, self.place.room, THRESHOLDS, 0.0)
+        self._servo = self._new(case.start)
+        self.judge = Judge(self._servo, case.start)
 
     def _new(self, q: np.ndarray) -> Servo:
-        servo = Servo(self._arm, self._options, SETTINGS, THRESHOLDS, 1.0, q, self._clearance)
+        servo = Servo(self._arm, self._options, SETTINGS, THRESHOLDS, 1.0, q, self._contact)
         servo.hear_joint_states(self._now)
         return servo
-
-    def _clearance(self, q: np.ndarray) -> tuple[float, str]:
-        return float(self._arm.forward(q)[2, 3] - self._wall), 'tip and table'
 
     def tick(self) -> None:
         """Do something, or go on with it, and judge the next command."""
@@ -126,8 +189,12 @@ class Wild:
         self._now += PERIOD
         if self._kind != 'deaf':
             self._servo.hear_joint_states(self._now)
-        self.judge.see(self._servo.tick(self._now))
-        self.codes[self._servo.finding.code] += 1
+        command = self._servo.tick(self._now)
+        self.judge.see(command)
+        code = self._servo.finding.code
+        if code in NEAR or self.codes.total() % SPARSE == 0:
+            self.place.look(command)
+        self.codes[code] += 1
 
     def _choose(self) -> None:
         """Choose what the hand does next."""
@@ -162,8 +229,9 @@ class Wild:
         return np.clip(q, self._arm.lower, self._arm.upper)
 
 
-def _line(name: str, arm: Arm, start: np.ndarray, options: SolveOptions) -> Check:
+def _line(name: str, case: Case) -> Check:
     """Drive the tip outwards beyond the reach, and back; see how far it leaves its line, and why it halts."""
+    arm, start, options, _ = case
     servo, now, last, tips = Servo(arm, options, SETTINGS, THRESHOLDS, 1.0, start), 0.0, '', []
     for sign in (1.0, -1.0):
         for k in range(round(LINE_TIME * RATE)):
@@ -177,8 +245,9 @@ def _line(name: str, arm: Arm, start: np.ndarray, options: SolveOptions) -> Chec
     return Check(f'{name}: a line out to the edge of reach and back', f'{1e3 * off:.3f} mm off; {last}', fault)
 
 
-def _stop(name: str, arm: Arm, start: np.ndarray, options: SolveOptions) -> Check:
+def _stop(name: str, case: Case) -> Check:
     """Measure the time from the last twist to standstill."""
+    arm, start, options, _ = case
     servo, now = Servo(arm, options, SETTINGS, THRESHOLDS, 1.0, start), 0.0
     for k in range(round(0.8 * RATE)):
         if k % PER_COMMAND == 0:

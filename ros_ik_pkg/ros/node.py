@@ -312,7 +312,8 @@ class IkNode(Node):
         self._diagnostics.publish(message)
 
     def _report_servo(self) -> None:
-        """Publish what the stream of commands does, if there is one and somebody listens."""
+        """Let the stream of commands see the room of this moment, and publish what it does if somebody listens."""
+        self._stream.look_around()
         if self._stream.on and self._servo_status.heard:
             message = servo_message(self._stream.look(), self._handler.arm, name_in_statuses(self))
             message.header.stamp = self.get_clock().now().to_msg()

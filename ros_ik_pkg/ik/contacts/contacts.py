@@ -17,6 +17,7 @@ from ros_ik_pkg.ik.collision.scene import NO_FLOOR, PIECE, Scene, clearances_of,
 from ros_ik_pkg.ik.contacts.bodies import Piece, load_pieces
 from ros_ik_pkg.ik.contacts.frames import HELD, Bodies, make_bodies, row_of
 from ros_ik_pkg.ik.contacts.judge import FLOOR, Contact, Judge
+from ros_ik_pkg.ik.contacts.levers import make_levers
 from ros_ik_pkg.ik.contacts.pairs import LeftOut, find_left_out
 from ros_ik_pkg.ik.contacts.srdf import read_srdf
 from ros_ik_pkg.ik.exceptions import ArgumentError
@@ -129,7 +130,8 @@ class Room:
         if not same or not all(map(is_, world.obstacles, self.world.obstacles)):
             return Room(self._contacts, world)
         room = copy(self)
-        room.__dict__.pop('packed', None)
+        for made in ('packed', 'levers'):
+            room.__dict__.pop(made, None)
         room.world, room._model = world, None
         room._check_names()
         room._values = self._bodies.values({**self._contacts._home, **world.positions})
@@ -216,6 +218,19 @@ class Room:
             np.array(self._pairs).reshape(-1, 2), np.array(self._grounded), row_of(frame),
             np.vstack([*points, np.empty((0, 3))]).T,
         ))  # fmt: skip
+
+    @cached_property
+    def levers(self) -> np.ndarray:
+        """By how much the gap of each contact shrinks at most per rad or m of each joint of the arm, (C, n)."""
+        balls = []
+        for piece in self._pieces:
+            body, frame = self._body_of(piece)
+            centre = frame[:3, :3] @ piece.axes[0] + frame[:3, 3]
+            balls.append((body, float(np.linalg.norm(centre)) + piece.radii[0]))
+        floor = self._bodies.links[self._contacts._base][0], 0.0
+        pairs = [(balls[one], balls[other]) for one, other in self._pairs]
+        pairs += [(balls[piece], floor) for piece in self._grounded]
+        return make_levers(self._bodies, self._values, pairs, len(self._contacts._variables))
 
     def behind(self, packed_arm: np.ndarray) -> np.ndarray:
         """Return a packed arm with the scene behind it, as the compiled search takes them; the last one is kept."""

@@ -7,7 +7,6 @@ as soon as a command leads away.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +14,17 @@ import numpy as np
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.ros.interface.servo_settings import Thresholds
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding, strictest
+from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.limiter import MotionLimits
+from ros_ik_pkg.ros.servo.singularity import name_singularity
 
 LOOK_AHEAD = 1e-3  # rad, m: how far the joint that moves most is moved to tell towards from away
 FAR = 1e6  # rad, m: all the room in the world
 TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
 BRAKE = 0.3  # of acceleration and jerk, with which a joint can still stop; the rest is for the curve of the line
 CURVE = 0.4  # of the acceleration limits, for the curve that a straight line is for the joints
+UNNOTICED = 1.3  # share that the rules let through, above which it is not worth a word
+NAMED_FOR = 0.01  # rad, m: how far a joint moves before a singularity may have another name
 STILL = 1e-9  # rad/s, m/s: no motion
 DAMPING = 1e-4  # of the joint velocities that are judged: near a singularity they exceed every limit, and are slowed
 JOINTS_TOO_FAST = (Code.SLOWED_VELOCITY, Code.SLOWED_ACCELERATION)
@@ -61,15 +64,18 @@ class Posture(NamedTuple):
 
     q: np.ndarray
     joints_from_twist: np.ndarray  # (n, 6) joint velocity for a twist of the tip in base axes
+    jacobian: np.ndarray  # (6, n)
     sigma: float  # the smallest singular value
+    idle: np.ndarray  # (n,) the joint velocity that goes with it
     lost: np.ndarray  # (6,) the twist in base axes that goes with it
 
 
 def posture(arm: Arm, q: np.ndarray, rows: np.ndarray) -> Posture:
     """Return what the Jacobian makes of twists at q (n,), for the rows (k, 6) of the task."""
-    left, sigmas, right = np.linalg.svd(rows @ arm.jacobian(q), full_matrices=False)
+    jacobian = arm.jacobian(q)
+    left, sigmas, right = np.linalg.svd(rows @ jacobian, full_matrices=False)
     joints_from_twist = right.T @ ((sigmas / (sigmas**2 + DAMPING**2))[:, None] * (left.T @ rows))
-    return Posture(q, joints_from_twist, float(sigmas[-1]), rows.T @ left[:, -1])
+    return Posture(q, joints_from_twist, jacobian, float(sigmas[-1]), right[-1], rows.T @ left[:, -1])
 
 
 class Caution:
@@ -80,12 +86,12 @@ class Caution:
         arm: Arm,
         limits: MotionLimits,
         thresholds: Thresholds,
-        clearance: Callable[[np.ndarray], tuple[float, str]] | None = None,
+        contact: ContactAhead | None = None,
     ) -> None:
-        """clearance: of a configuration (n,), the distance [m] to the nearest contact, and between what it is; None if
-        no geometry is known."""
-        self._arm, self._limits, self._thresholds = arm, limits, thresholds
-        self._clearance = clearance
+        """contact: None if contact does not count."""
+        self._arm, self._limits, self._thresholds, self.contact_ahead = arm, limits, thresholds, contact
+        self._named_at: np.ndarray | None = None
+        self._singularity_name = ''
         self._singularity = Approach(thresholds.singularity_slow, thresholds.singularity_halt, thresholds)
         self._contact = Approach(thresholds.contact_slow, thresholds.contact_halt, thresholds)
 
@@ -107,8 +113,8 @@ class Caution:
             self._at_top_speed(velocity),
             self._at_top_acceleration(acceleration),
         ]
-        if self._clearance is not None:
-            found.append(self._near_contact(here.q, ahead.q, velocity))
+        if self.contact_ahead is not None:
+            found.append(self._near_contact(self.contact_ahead, here.q, ahead.q, velocity))
         finding = strictest(found)
         if finding.code in JOINTS_TOO_FAST and here.sigma < self._thresholds.singularity_slow:
             return found[1]._replace(share=finding.share)  # it is the singularity that makes them so
@@ -125,16 +131,28 @@ class Caution:
 
     def _near_singularity(self, here: Posture, ahead: Posture, velocity: np.ndarray) -> Finding:
         share, away = self._share(*self._singularity.share(here.sigma, ahead.sigma), velocity)
-        text = f'nearly singular, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
+        text = ''
+        if share < UNNOTICED or here.sigma < self._thresholds.singularity_slow:
+            text = f'{self._name(here)}, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
         slowed = Code.LEAVING_SINGULARITY if away else Code.SLOWED_SINGULARITY
         return Finding(share, slowed, text)
 
-    def _near_contact(self, q: np.ndarray, ahead: np.ndarray, velocity: np.ndarray) -> Finding:
-        assert self._clearance is not None
-        (now, between), (further, _) = self._clearance(q), self._clearance(ahead)
-        share, away = self._share(*self._contact.share(now, further), velocity)
+    def _name(self, here: Posture) -> str:
+        """Return the name of a singularity, a new one only after some way: it takes longer than all rules together."""
+        if self._named_at is None or np.abs(here.q - self._named_at).max() > NAMED_FOR:
+            self._named_at = here.q
+            self._singularity_name = name_singularity(here.jacobian, here.idle, here.lost, self._arm.joint_names)
+        return self._singularity_name
+
+    def _near_contact(
+        self, contact: ContactAhead, q: np.ndarray, ahead: np.ndarray, velocity: np.ndarray
+    ) -> Finding:
+        nearing = contact.nearing(q, ahead, LOOK_AHEAD)
+        if nearing is None:
+            return FOLLOWING
+        share, away = self._share(*self._contact.share(nearing.now, nearing.ahead), velocity)
         slowed = Code.LEAVING_CONTACT if away else Code.SLOWED_CONTACT
-        return Finding(share, slowed, f'{1000.0 * now:.2g} mm between {between}')
+        return Finding(share, slowed, nearing.text)
 
     def _at_top_speed(self, velocity: np.ndarray) -> Finding:
         shares = _shares(TOP_SPEED * self._limits.velocity, velocity)

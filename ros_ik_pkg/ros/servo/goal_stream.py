@@ -36,6 +36,11 @@ class GoalStream:
             return self._last, np.zeros_like(self._last)
         return self._from + self._velocity * since, self._velocity
 
+    @property
+    def alone(self) -> bool:
+        """Whether the last goal is no part of a stream."""
+        return self._gap == 0.0
+
     def reached(self, q: np.ndarray) -> bool:
         """Whether q (n,) is at the last goal."""
         return bool(np.all(np.abs(q - self._last) <= ARRIVED))

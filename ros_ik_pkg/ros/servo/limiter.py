@@ -98,6 +98,20 @@ class JerkLimiter:
         return self._state[2].copy()
 
     @property
+    def state(self) -> np.ndarray:
+        """Position, velocity and acceleration at the last command (3, n)."""
+        return self._state.copy()
+
+    @property
+    def limits(self) -> np.ndarray:
+        """The limits as they are kept (5, n)."""
+        return self._limits
+
+    def take_back(self, state: np.ndarray) -> None:
+        """Go back to a state (3, n) that was the last one."""
+        self._state = state
+
+    @property
     def at_rest(self) -> bool:
         """Whether the last command stands still."""
         return bool(np.all(np.abs(self._state[1:]) <= REST))

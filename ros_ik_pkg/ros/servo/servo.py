@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -12,12 +11,13 @@ from ros_ik_pkg.ik import Arm, SolveOptions
 from ros_ik_pkg.ros.interface.servo_settings import ServoSettings, Thresholds
 from ros_ik_pkg.ros.servo.caution import Caution
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding
+from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.goal_stream import GoalStream
 from ros_ik_pkg.ros.servo.limiter import JerkLimiter, Motion, MotionLimits, make_limiter
 from ros_ik_pkg.ros.servo.reference import Reference
+from ros_ik_pkg.ros.servo.straight_move import StraightMove
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand, TwistFollower
 
-Clearance = Callable[[np.ndarray], tuple[float, str]]
 SETTLING = 0.5  # s at rest, after which a joint that is not where it was told to be has been moved by others
 STANDING = Finding(1.0, Code.STANDING, 'stands and waits for commands')
 PAUSED = Finding(0.0, Code.PAUSED, 'paused; ~/pause lets it go on')
@@ -46,29 +46,34 @@ class Servo:
         thresholds: Thresholds,
         velocity_scale: float,
         start: np.ndarray,
-        clearance: Clearance | None = None,
+        contact: ContactAhead | None = None,
     ) -> None:
-        """start: (n,) where the joints are [rad, m]. clearance: see Caution."""
+        """start: (n,) where the joints are [rad, m]. contact: None if contact does not count."""
         self.arm, self.settings, self.period = arm, settings, 1.0 / settings.command_rate
         self.limits = motion_limits(arm, settings, velocity_scale)
         self.finding, self.owner = STANDING, Owner.NOBODY
-        self._thresholds, self._clearance = thresholds, clearance
+        self._thresholds, self._contact = thresholds, contact
         self._command, self._commanded = TwistCommand(np.zeros(6)), -math.inf
         self._place(start)
         self.use(options)
         self._joint_states_heard = math.inf  # until the first: then its time
         self._paused = self._closing = False
         self._stopped = True  # a command takes the arm anew
-        self._moved = -math.inf  # s: when the last command was in motion
+        self._rested = math.inf  # s: for how many periods the commands have stood still, not by a clock that runs on
+        self._refused: Finding | None = None  # why the arm must stop before it goes on
 
     def use(self, options: SolveOptions, arm: Arm | None = None) -> None:
         """Solve with other options from now on, or with another tool on the arm; the motion goes on."""
         self.arm = arm or self.arm
-        caution = Caution(self.arm, self.limits, self._thresholds, self._clearance)
+        caution = self._caution = Caution(self.arm, self.limits, self._thresholds, self._contact)
         self._follower = TwistFollower(
             self.arm, self.limits, options, caution, self.period, self.settings.blocked
         )  # fmt: skip
         self._begin()
+
+    def see(self, contact: ContactAhead | None) -> None:
+        """Stay clear of contact in another room from now on; None: contact does not count."""
+        self._contact = self._caution.contact_ahead = contact
 
     @property
     def joint_names(self) -> frozenset[str]:
@@ -100,7 +105,7 @@ class Servo:
         if self._paused:
             return
         if self.owner is not Owner.TWIST or self._stopped:
-            self._take(Owner.TWIST, now, joint_state)
+            self._take(Owner.TWIST, joint_state)
         self._command, self._commanded = command, now
 
     def pose(self, q: np.ndarray, now: float, joint_state: np.ndarray | None = None) -> str:
@@ -108,16 +113,25 @@ class Servo:
         if self._paused:
             return PAUSED.sentence
         if self.owner is not Owner.POSE or self._stopped:
-            self._take(Owner.POSE, now, joint_state)
+            self._take(Owner.POSE, joint_state)
             self._goals = GoalStream(self.position, self.limits.velocity)
         self._goals.put(q, now)
+        self._refused = None
+        if self._goals.alone and self.at_rest and self.smoothing != 'none':
+            self._move = StraightMove(self.position, q, self.limits, self.period)
+        elif self._move is not None:
+            self._begin()
         return ''
 
     def pause(self, paused: bool) -> None:
         """Halt until this is called with False, and then wait for the next command."""
         self._paused = paused
         if paused:
-            self.owner = Owner.NOBODY
+            self.drop_command()
+
+    def drop_command(self) -> None:
+        """Halt, and wait for the next command."""
+        self.owner = Owner.NOBODY
 
     def close(self) -> None:
         """Halt for good."""
@@ -132,19 +146,34 @@ class Servo:
 
         Raises RuntimeError at one that a last look does not let through: it must not be published.
         """
-        before, halt = self.position, self._halt(now)
-        if not self.at_rest:
-            self._moved = now
+        before, halt = self._limiter.state, self._halt(now)
+        self._rested = self._rested + self.period if self.at_rest else 0.0
         smooth = None if halt is not None else self._smooth(now)
-        if smooth is None:
+        if smooth is not None:
+            command = self._limiter.advance(smooth)
+            halt = self._refused = self._contact_ahead(before[0])
+            if halt is not None:  # the stop from the state before stays clear: that is why it was let through
+                self._limiter.take_back(before)
+        if smooth is None or halt is not None:
             self.finding, self._stopped = halt or STANDING, True
             command = self._limiter.halt()
             self._begin()
-        else:
-            command = self._limiter.advance(smooth)
-        if self.smoothing != 'none' and not np.all(np.abs(command - before) <= self.limits.velocity * self.period):
-            raise RuntimeError(f'a command leaps from {before.tolist()} to {command.tolist()}')
+        if self.smoothing != 'none' and not np.all(np.abs(command - before[0]) <= self.limits.velocity * self.period):
+            raise RuntimeError(f'a command leaps from {before[0].tolist()} to {command.tolist()}')
         return command
+
+    def _contact_ahead(self, before: np.ndarray) -> Finding | None:
+        """Say why the limiter must not go on from where it has come to from a command (n,): None if it may.
+
+        It may if it can still stop clear of contact. So the stop is clear at any time, whatever is commanded.
+        """
+        if self._contact is None:
+            return None
+        state = self._limiter.state
+        if self.smoothing == 'none':  # it stops at once
+            state[1:] = 0.0
+        fault = self._contact.fault(before, state, self._limiter.limits, self.period)
+        return Finding(0.0, Code.HALTED_CONTACT, fault) if fault else None
 
     def _smooth(self, now: float) -> Motion | None:
         """Return the motion that whoever has the arm wants over the period, None for none."""
@@ -155,6 +184,8 @@ class Servo:
             return self._reference.follow(motion.position, motion.velocity)
         if self.owner is Owner.POSE:
             self.finding = STANDING if self._goals.reached(self.position) else FOLLOWING
+            if self._move is not None:
+                return self._move.step()
             return self._reference.follow(*self._goals.at(now))
         return None
 
@@ -167,6 +198,8 @@ class Servo:
         silent, longest = now - self._joint_states_heard, self.settings.joint_states_timeout
         if longest and silent > longest and self.owner is not Owner.NOBODY:
             return Finding(0.0, Code.JOINT_STATES_STOPPED, f'no joint state for more than {longest:g} s')
+        if self._refused is not None and (self.owner is Owner.POSE or not self._limiter.at_rest):
+            return self._refused
         silent, longest = now - self._commanded, self.settings.command_timeout
         if self.owner is Owner.TWIST and silent > longest:
             if not self._command.twist.any() and self._limiter.at_rest:
@@ -174,10 +207,10 @@ class Servo:
             return Finding(0.0, Code.COMMANDS_STOPPED, f'no twist for more than {longest:g} s')
         return None
 
-    def _take(self, owner: Owner, now: float, joint_state: np.ndarray | None) -> None:
+    def _take(self, owner: Owner, joint_state: np.ndarray | None) -> None:
         """Give the arm to one kind of command; a motion goes on from where it is."""
         self.owner, self._stopped = owner, False
-        if joint_state is not None and now - self._moved > SETTLING:
+        if joint_state is not None and self.at_rest and self._rested > SETTLING:
             off = np.abs(joint_state - self.position).max()
             if off > self.settings.resync:
                 self._place(joint_state)
@@ -193,6 +226,7 @@ class Servo:
         self._follower.start(motion.position, motion.velocity)
         constant = self.settings.response_time if self.owner is Owner.POSE else 0.0
         self._reference = Reference(motion, self.period, constant)
+        self._move: StraightMove | None = None
 
 
 def motion_limits(arm: Arm, settings: ServoSettings, velocity_scale: float) -> MotionLimits:

@@ -13,21 +13,18 @@ from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.ik import ArgumentError, Arm
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.interface.parameters import Settings
 from ros_ik_pkg.ros.servo.codes import Code, Finding
+from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.limiter import Motion, compile_limiter
 from ros_ik_pkg.ros.servo.servo import Servo
 from ros_ik_pkg.ros.servo.twist_input import command_of
 
 LOG_PERIOD = 1.0  # s between log lines of one kind
 OFF = 'target_twist is not followed: command_rate is 0, so there is no stream of commands'
-BLIND = (
-    'the stream of commands does not look ahead for contact: set avoid_collisions to false to stream all the same, or '
-    'command_rate to 0'
-)
 Publish = Callable[[Arm, Motion, float], None]
 
 
@@ -56,6 +53,7 @@ class Stream:
         self._refusal, self._paused, self._late = '', False, 0
         self._end = threading.Event()
         self._thread: threading.Thread | None = None
+        self._contact: ContactAhead | None = None  # for the executor's thread alone
         self._last: dict[str, float] = {}  # the last command of every joint of the robot, by name
 
     @property
@@ -81,8 +79,10 @@ class Stream:
             if arm is not None and self._arm is not None and arm.name != self._arm.name:
                 self._last = {}
             self._settings, self._arm, self._refusal = settings, arm, ''
+            self._contact = None
             if self._servo is not None:
                 self._servo.use(settings.options, arm)
+        self.look_around()
 
     def on_twist(self, message: TwistStamped) -> None:
         """Follow a twist."""
@@ -91,7 +91,6 @@ class Stream:
             return
         try:
             arm = self._known_arm()
-            self._refuse_blind(arm)
             command = command_of(message, arm, self._handler, self._settings.servo.command_timeout)
             joint_state = self._joint_state(arm)
             servo = self._running(arm)
@@ -105,7 +104,6 @@ class Stream:
     def on_pose(self, arm: Arm, q: np.ndarray) -> str:
         """Take the joints (n,) of a target pose as the goal; return why not, else nothing."""
         try:
-            self._refuse_blind(arm)
             joint_state = self._joint_state(arm)
             servo = self._running(arm)
         except RefusedError as error:
@@ -113,6 +111,22 @@ class Stream:
         with self._lock:
             self._refusal = ''
             return servo.pose(q, time.monotonic(), joint_state)
+
+    def look_around(self) -> None:
+        """Let the arm stay clear of what is in the room now; in a room that cannot be, commands are refused."""
+        if not self.on or self._arm is None:
+            return
+        try:
+            contact = self._ahead(self._arm)
+        except RefusedError as error:
+            self._refuse(str(error))
+            with self._lock:
+                if self._servo is not None:
+                    self._servo.drop_command()
+            return
+        with self._lock:
+            if self._servo is not None:
+                self._servo.see(contact)
 
     def on_joint_state(self, message: JointState) -> None:
         """Note that the joints of the arm were heard of."""
@@ -163,13 +177,16 @@ class Stream:
     def _running(self, arm: Arm) -> Servo:
         """Return the servo, made at the first command: from where the joints were told to be, else from where they
         are."""
+        settings, contact = self._settings, self._ahead(arm)
         with self._lock:
             if self._servo is not None:
+                self._servo.see(contact)
                 return self._servo
-        settings = self._settings
         known = all(name in self._last for name in arm.joint_names)
         start = np.array([self._last[name] for name in arm.joint_names]) if known else self._handler.start(arm)
-        servo = Servo(arm, settings.options, settings.servo, settings.thresholds, settings.velocity_scale, start)
+        servo = Servo(
+            arm, settings.options, settings.servo, settings.thresholds, settings.velocity_scale, start, contact
+        )
         servo.pause(self._paused)
         if settings.seed_source == 'joint_states' and not self._handler.joint_states.empty:
             servo.hear_joint_states(time.monotonic())
@@ -180,10 +197,23 @@ class Stream:
         self._thread.start()
         return servo
 
-    def _refuse_blind(self, arm: Arm) -> None:
-        """Refuse to move a robot that must stay clear of contact: the stream does not look ahead for it."""
-        if self._settings.options.avoid_collisions and arm.shaped:
-            raise RefusedError('contact', f'robot {arm.name!r} has shapes, and {BLIND}')
+    def _ahead(self, arm: Arm) -> ContactAhead | None:
+        """Return what looks for contact in the room of this moment; None if contact does not count. Refuses a room in
+        which the arm touches something wherever it is."""
+        world, notes = self._handler.surroundings.world(arm, self._settings)
+        for note in notes:
+            self._node.get_logger().warning(note)
+        if world is None:
+            return None
+        try:
+            room = arm.contacts.room(world)
+        except ArgumentError as error:
+            raise RefusedError('contact', str(error)) from error
+        if self._contact is None or self._contact.room is not room:
+            self._contact = ContactAhead(
+                arm, room, self._settings.thresholds, self._settings.options.collision_margin
+            )
+        return self._contact
 
     def _stop(self) -> None:
         """End the thread after a halt."""

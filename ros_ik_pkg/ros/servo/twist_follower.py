@@ -16,7 +16,7 @@ import pinocchio as pin
 from ros_ik_pkg.ik import Arm, NotCompiledError, SolveOptions, Status, solve
 from ros_ik_pkg.ros.handling.final_check import fault_of, fault_of_command
 from ros_ik_pkg.ros.interface.servo_settings import GO_ON, STOP
-from ros_ik_pkg.ros.servo.caution import Caution, posture
+from ros_ik_pkg.ros.servo.caution import UNNOTICED, Caution, posture
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding
 from ros_ik_pkg.ros.servo.limiter import Motion, MotionLimits
 
@@ -26,7 +26,6 @@ SHARE = 0.5  # of acceleration and jerk for a change of the twist; the rest is f
 QUICKEST = 0.5  # of a period: the least time constant of a change of the twist
 MOST_HELD_BACK = 0.7  # share of the twist that the rules let through, below which the twist itself is cut
 GENTLENESS = 6.0  # the power of a mean that follows the smaller of two speeds without a kink
-UNNOTICED = 1.3  # share that the rules let through, above which it is not worth a word
 STANDSTILL = 0.005  # share of the commanded twist that is left, below which the arm counts as halted
 PEAK = 1.0 / math.e  # of rate * change: the greatest acceleration of a critically damped change
 
@@ -58,7 +57,7 @@ class TwistFollower:
         self._checked = options
         self._options = replace(
             options,
-            choice='first', max_attempts=1, max_joint_jump=0.0,
+            choice='first', max_attempts=1, max_joint_jump=0.0, avoid_collisions=False,
             position_tolerance=min(options.position_tolerance, TOLERANCE),
             orientation_tolerance=min(options.orientation_tolerance, TOLERANCE),
             deadline=period,

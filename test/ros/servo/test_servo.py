@@ -12,6 +12,7 @@ from ros_helpers import pinocchio_pose
 from ros_ik_pkg.ik import SolveOptions, load_arm, solve
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
 from ros_ik_pkg.ros.servo.codes import Code
+from ros_ik_pkg.ros.servo.limiter import Motion, make_limiter
 from ros_ik_pkg.ros.servo.servo import Owner, Servo, motion_limits
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand
 
@@ -149,6 +150,40 @@ def test_a_pose_is_reached_and_held():
     run.assert_smooth()
 
 
+def test_on_the_way_to_a_pose_all_joints_leave_and_arrive_together():
+    run, goal = Run(), ARM.home + np.array([0.9, 0.05, -0.4, 0.2, 0.0, -0.3, 0.6])
+    run.servo.pose(goal, run.now)
+    run.ticks(1500)
+    shares = (np.array(run.commands) - ARM.home)[:, [0, 1, 2, 3, 5, 6]] / (goal - ARM.home)[[0, 1, 2, 3, 5, 6]]
+    assert np.all(np.abs(shares - shares[:, :1]) < 1e-6)
+    assert shares[-1] == pytest.approx(np.ones(6)) and run.code == Code.STANDING
+    run.assert_smooth()
+
+
+def test_a_move_to_a_pose_takes_little_longer_than_its_slowest_joint_alone():
+    run, goal = Run(), ARM.home + np.array([0.9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    alone = make_limiter('own', run.servo.limits, PERIOD, ARM.home)
+    while np.abs(alone.position - goal).max() > 1e-6:
+        alone.advance(Motion.rest(goal))
+        run.commands.append(alone.position)
+    fastest = len(run.commands)
+    run.commands = run.commands[:1]
+    run.servo.pose(goal, run.now)
+    while np.abs(run.commands[-1] - goal).max() > 1e-6:
+        run.ticks(1)
+    assert len(run.commands) < 1.15 * fastest
+
+
+def test_a_second_pose_in_motion_takes_over_smoothly():
+    run = Run()
+    run.servo.pose(pose_goal(0.1), run.now)
+    run.ticks(200)
+    run.servo.pose(goal := pose_goal(-0.1, 0.1), run.now)
+    run.ticks(1500)
+    assert np.allclose(run.commands[-1], goal, atol=1e-6)
+    run.assert_smooth()
+
+
 def test_a_stream_of_poses_of_which_some_are_lost_is_followed():
     run, lags, start = Run(), [], ARM.forward(ARM.home)
     speed = 0.1  # m/s
@@ -230,6 +265,16 @@ def test_a_joint_state_of_a_moment_ago_does_not_pull_the_stream_back():
     run.assert_smooth()
 
 
+def test_a_stream_that_got_no_processor_for_a_while_does_not_leap_to_an_old_joint_state():
+    run = Run()
+    run.twist(ALONG_Y, 0.6)
+    assert not run.servo.at_rest
+    run.now += 1.0  # without a command
+    run.servo.pose(pose_goal(0.0, 0.1), run.now, joint_state=run.commands[-1] - 0.1)
+    run.ticks(1000)
+    run.assert_smooth()
+
+
 def test_a_controller_that_lags_a_little_does_not_pull_the_stream_back():
     run = Run()
     run.twist(ALONG_Y, 0.4, joint_state=ARM.home)
@@ -301,3 +346,43 @@ def test_limits_that_the_robot_does_not_have_come_from_the_settings():
     assert np.all(limits.velocity == 0.5 * SETTINGS.max_velocity)
     assert np.all(limits.acceleration == SETTINGS.max_acceleration) and np.all(limits.jerk == SETTINGS.max_jerk)
     assert np.allclose(motion_limits(ARM, SETTINGS, 0.5).velocity, 0.5 * ARM.velocity_limits)
+
+
+class Controller:
+    """Joints that lag behind the commands they get, saturate in velocity and lose some commands."""
+
+    def __init__(self, start, lag=0.05, saturation=0.4, lost=0.1) -> None:
+        self.q, self._heard, self._lag, self._lost = start.copy(), start, lag, lost
+        self._fastest, self._rng = saturation * ARM.velocity_limits, np.random.default_rng(0)
+
+    def obey(self, command) -> None:
+        """Move on for a period towards the last command that was heard."""
+        if self._rng.random() >= self._lost:
+            self._heard = command
+        self.q = self.q + PERIOD * np.clip((self._heard - self.q) / self._lag, -self._fastest, self._fastest)
+
+
+@pytest.mark.parametrize('smoothing', ['own', 'ruckig', 'none'])
+def test_joints_that_lag_saturate_and_lose_commands_end_where_they_were_told_to_be(smoothing):
+    pytest.importorskip('ruckig') if smoothing == 'ruckig' else None
+    run, rng = Run(smoothing=smoothing), np.random.default_rng(1)
+    controller = Controller(ARM.home)
+
+    def go_on(count: int) -> None:
+        for _ in range(count):
+            run.ticks(1)
+            run.servo.hear_joint_states(run.now)
+            controller.obey(run.commands[-1])
+
+    for _ in range(6):
+        goal = np.clip(ARM.home + rng.uniform(-0.8, 0.8, ARM.n), ARM.lower, ARM.upper)
+        run.servo.pose(goal, run.now, controller.q)
+        go_on(1500)
+        assert np.allclose(controller.q, goal, atol=1e-4)
+        for _ in range(60):
+            run.servo.twist(ALONG_Y, run.now, controller.q)
+            go_on(5)
+        go_on(800)
+        assert np.allclose(controller.q, run.commands[-1], atol=1e-4) and run.servo.at_rest
+    if smoothing != 'none':
+        run.assert_smooth()

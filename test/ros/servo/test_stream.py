@@ -6,12 +6,15 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from geometry_msgs.msg import TwistStamped
 from ros_helpers import DEFAULTS, TIMEOUT, Client, allow_lark, connected, joint_state, pinocchio_pose, pose_of
 from std_srvs.srv import SetBool
+from visualization_msgs.msg import Marker, MarkerArray
 
-from ros_ik_pkg.ik import load_arm
+from bench.published_robots import UR5
+from ros_ik_pkg.ik import Obstacle, World, load_arm
 from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.servo_settings import SERVO_OPTIONS, ServoSettings
 from ros_ik_pkg.ros.reply import values
@@ -39,6 +42,7 @@ class ServoClient(Client):
         self._subscribe(topics.JOINT_TRAJECTORY, self.trajectories.append)
         self._subscribe(topics.POSITION_COMMANDS, self.positions.append)
         self._subscribe(topics.SERVO_STATUS, lambda message: self.servo.append(message.status[0]))
+        self.obstacles = self._publisher(topics.OBSTACLES)
         self._twists = self._publisher(topics.TARGET_TWIST)
         self._pause = self.node.create_client(SetBool, f'{self.name}/pause')
 
@@ -91,6 +95,15 @@ def client(running):
     for messages in (running.commands, running.trajectories, running.positions, running.servo):
         messages.clear()
     return running
+
+
+def ball(center, action=Marker.ADD) -> MarkerArray:
+    """Return an obstacle of 0.1 m in diameter."""
+    marker = Marker(ns='ball', type=Marker.SPHERE, action=action)
+    marker.scale.x = marker.scale.y = marker.scale.z = 0.1
+    marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = map(float, center)
+    marker.pose.orientation.w = 1.0
+    return MarkerArray(markers=[marker])
 
 
 def assert_within_limits(commands: list[np.ndarray]) -> None:
@@ -205,20 +218,26 @@ def test_when_joint_states_stop_the_arm_halts_and_says_so(client):
     assert_within_limits(client.commands)
 
 
-def test_a_robot_with_shapes_is_not_moved_blindly(client):
-    shape = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
-    limit = '<limit lower="-2" upper="2" velocity="1" effort="1"/>'
-    links = ''.join(f'<link name="l{k}">{shape}</link>' for k in range(4))
-    joints = ''.join(
-        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/><origin xyz="0.3 0 0"/>'
-        f'<axis xyz="0 0 1"/>{limit}</joint>' for k in range(3)
-    )
-    robot = {'robot_description': f'<robot name="balls">{links}{joints}</robot>', 'base_frame': '', 'tip_frame': ''}
-    client.set_parameters({**robot, **PATIENT, 'seed_source': 'home', 'command_rate': RATE})
+def test_the_stream_halts_before_an_obstacle_and_goes_on_when_it_is_gone(client):
+    urdf, srdf, tip = UR5
+    arm = load_arm(urdf, tip=tip, srdf=srdf)
+    client.set_parameters({**DEFAULTS, **PATIENT, 'robot': str(urdf), 'srdf': str(srdf), 'tip_frame': tip,
+                           'command_rate': RATE})  # fmt: skip
+    client.send_joint_state(joint_state(ARM.joint_names, START))
     client.commands.clear()
-    client.twist(linear=(0.1, 0.0, 0.0))
-    assert 'does not look ahead for contact' in client.await_label('refused')
-    assert not client.commands
-    client.set_parameters({'avoid_collisions': False})
-    client.keep_moving(lambda: len(client.commands) > 3, 'commands', linear=(0.0, 0.05, 0.0))
-    client.set_parameters({'command_rate': 0.0, 'robot_description': '', 'avoid_collisions': True})
+    below = arm.forward(START)[:3, 3] - (0.0, 0.0, 0.25)
+    client.obstacles.publish(ball(below))
+    client.servo.clear()
+    client.keep_moving(
+        lambda: client.servo and values(client.servo[-1])['label'] == 'halted_contact', 'no halt',
+        linear=(0.0, 0.0, -0.1),
+    )  # fmt: skip
+    assert 'ball/0' in client.servo[-1].message
+    world = World(obstacles=(Obstacle('ball', 'sphere', [0.05], pin.SE3(np.eye(3), below)),))
+    assert all(arm.contacts.is_clear(q, 0.0, world) for q in client.commands)
+    assert_within_limits(client.commands)
+    client.obstacles.publish(ball(below, Marker.DELETE))
+    client.keep_moving(
+        lambda: arm.forward(client.commands[-1])[2, 3] < below[2] + 0.02, 'no motion', linear=(0.0, 0.0, -0.1)
+    )
+    client.set_parameters({'command_rate': 0.0, 'srdf': '', 'robot': 'ur5', 'tip_frame': ''})
