@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik.contacts.coal_library import geometry_object
+from ros_ik_pkg.ik.contacts.coal_library import ask_anew, geometry_object
 
 SHARE = next(path for path in (Path(place) / 'cmeel.prefix' / 'share' for place in sys.path)
              if (path / 'example-robot-data').is_dir())
@@ -54,6 +54,7 @@ class UrdfJudge:
     def ready(self):
         """Make the workspaces."""
         self.data, self.placed = self.model.createData(), self.geometry.createData()
+        ask_anew(self.placed)
 
     def put(self, positions, q):
         """Write joint positions by name to a configuration of the model."""

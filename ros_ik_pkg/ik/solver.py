@@ -43,7 +43,6 @@ FLOAT = np.dtype(np.float64)
 POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
-GRAZING = 1e-4  # [m] by which coal must find clear what the bound does not
 STILL_COMPILING = (
     'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting and a search for '
     'solutions clear of contact'
@@ -109,24 +108,24 @@ def solve(
         target = _array(getattr(target, 'homogeneous', target), 'target', POSE)
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = _array(seed, 'seed', (arm.n,))
-    room, model = None, arm.packed
+    room, model, call = None, arm.packed, one_target  # another thread may change it
     if options.avoid_collisions and arm.shaped:
         room = arm.contacts.room(world)
-        model = arm.packed if one_target is solve_usual else room.behind(model)
+        model = arm.packed if call is solve_usual else room.behind(model)
     if trace or reference is not None or options.choice == 'all':
         return _solve_at_length(arm, target, seed, options, reference, trace, room, model)
     row = empty(arm.n + WIDTH)
     try:
-        good = one_target(model, options.numbers, target, seed, row)
+        good = call(model, options.numbers, target, seed, row)
     except TypeError:  # other dimensions, or not aligned
         target, seed = _array(target, 'target', POSE), _array(seed, 'seed', (arm.n,))
-        good = one_target(model, options.numbers, target, seed, row)
+        good = call(model, options.numbers, target, seed, row)
     if not good:
         if row[STATUS - WIDTH] == NOT_COMPILED:
             raise NotCompiledError(STILL_COMPILING)
         raise _argument_error(arm, options, target, seed, seed)
     if room is not None:
-        if one_target is solve_usual:
+        if call is solve_usual:
             _refuse_contact(row[: arm.n], options, room)
         elif row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
             return _solve_at_length(arm, target, seed, options, None, False, room, model)
@@ -141,7 +140,7 @@ def use_usual(usual: bool) -> None:
 
 def _refuse_contact(q: np.ndarray, options: SolveOptions, room: Room) -> None:
     """Raise NotCompiledError unless coal finds q (n,) clear: the usual solve does not look at contact."""
-    if not room.is_clear(q, options.collision_margin + GRAZING, options.collision_geometry == 'mesh'):
+    if not room.is_clear(q, options.collision_margin, options.collision_geometry == 'mesh'):
         raise NotCompiledError(STILL_COMPILING)
 
 
@@ -177,17 +176,15 @@ def _take_best(
     """Write to `row` the first configuration of `touching` (k, n) that coal finds clear after all, for the search is
     never wrong about what is clear, but now and then about what touches; else the one that touches least."""
     meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
-    # Two questions to coal, which now and then takes what only just touches for clear.
-    clear = [q for q in touching
-             if room.is_clear(q, margin + GRAZING, meshes) and room.look(q, meshes).clearance > margin + GRAZING]
-    best = clear[0] if clear else max(touching, key=lambda q: room.look(q, meshes).clearance)
+    clear = next((q for q in touching if room.is_clear(q, margin, meshes)), None)
+    best = clear if clear is not None else max(touching, key=lambda q: room.look(q, meshes).clearance)
     lone = replace(options, choice='first', max_attempts=1, max_iterations=0, null_space='none')
     one = np.empty_like(row)
     solve_range(arm.packed, lone.numbers, target, best, reference, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
     held = one[STATUS - WIDTH] in (Status.CONVERGED, Status.JOINT_JUMP)
     for figure in (STEPS, ATTEMPTS, TIME):
         one[figure - WIDTH] = row[figure - WIDTH]
-    if not (held and clear and np.array_equal(one[: arm.n], best)):
+    if not (held and clear is not None and np.array_equal(one[: arm.n], best)):
         one[STATUS - WIDTH], one[FOUND - WIDTH] = Status.COLLISION, 0.0
     row[:] = one
 
