@@ -107,7 +107,7 @@ def test_where_every_answer_touches_the_failure_says_so():
 
 
 def test_a_lone_descent_that_touches_is_no_answer():
-    arm = load_arm(XARM7[0], srdf=XARM7[1])
+    arm = load_arm(UR5[0], tip=UR5[2], srdf=UR5[1])  # without self-motion that leads out of it
     q = configurations(arm, 500, seed=1)
     q = next(row for row in q if not arm.contacts.is_clear(row))
     lone = SolveOptions(max_attempts=1, deadline=10.0)
@@ -115,7 +115,7 @@ def test_a_lone_descent_that_touches_is_no_answer():
 
 
 def test_what_the_bound_is_not_sure_of_coal_decides():
-    arm = load_arm(XARM7[0], srdf=XARM7[1])
+    arm = load_arm(UR5[0], tip=UR5[2], srdf=UR5[1])
     room = arm.contacts.room()
     q = configurations(arm, 30000, seed=2)
     suspects = q[contacts_of(room.packed, q, 0.0) >= 0]
