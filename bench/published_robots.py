@@ -19,6 +19,7 @@ XARM7 = ROBOTS / 'xarm_description/urdf/xarm7.urdf', ROBOTS / 'xarm_description/
 UR5 = ROBOTS / 'ur_description/urdf/ur5_robot.urdf', ROBOTS / 'ur_description/srdf/ur5.srdf', 'ee_link'
 Z1 = ROBOTS / 'z1_description/urdf/z1.urdf', ROBOTS / 'z1_description/srdf/z1.srdf', None
 SO100 = ROBOTS / 'so_arm_description/urdf/so100.urdf', None, None
+TIAGO = ROBOTS / 'tiago_description/robots/tiago_no_hand.urdf', None, 'arm_tool_link'
 BAXTER = ROBOTS / 'baxter_description/urdf/baxter.urdf', ROBOTS / 'baxter_description/srdf/baxter_manipulation.srdf'
 
 
@@ -61,6 +62,11 @@ class UrdfJudge:
         for name, value in positions.items():
             joint = self.model.joints[self.model.getJointId(name)]
             q[joint.idx_q : joint.idx_q + joint.nq] = value if joint.nq == 1 else (np.cos(value), np.sin(value))
+
+    def keep(self, margin):
+        """Take a distance of up to `margin` [m] for contact."""
+        for request in self.placed.collisionRequests:
+            request.security_margin = margin
 
     def touches(self, names, q):
         """Return whether a pair touches at joint positions q."""

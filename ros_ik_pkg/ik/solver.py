@@ -113,7 +113,7 @@ def solve(
         room = arm.contacts.room(world)
         model = arm.packed if call is solve_usual else room.behind(model)
     if trace or reference is not None or options.choice == 'all':
-        return _solve_at_length(arm, target, seed, options, reference, trace, room, model)
+        return _solve_at_length(arm, target, seed, options, reference, trace, room)
     row = empty(arm.n + WIDTH)
     try:
         good = call(model, options.numbers, target, seed, row)
@@ -128,7 +128,7 @@ def solve(
         if call is solve_usual:
             _refuse_contact(row[: arm.n], options, room)
         elif row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
-            return _solve_at_length(arm, target, seed, options, None, False, room, model)
+            return _solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
 
 
@@ -146,7 +146,7 @@ def _refuse_contact(q: np.ndarray, options: SolveOptions, room: Room) -> None:
 
 def _solve_at_length(
     arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool,
-    room: Room | None, model: np.ndarray,
+    room: Room | None,
 ) -> Solution:
     """Solve where more is wanted than one answer from one seed, or where the answers that were found may touch."""
     if one_target is solve_usual:
@@ -157,6 +157,7 @@ def _solve_at_length(
     origin = seed if reference is None else _array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
+    model = arm.packed if room is None else room.behind(arm.packed)
     touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
     count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
@@ -273,7 +274,7 @@ def solve_batch(
         raise ArgumentError(f'row {k}: {_argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
     for k in np.flatnonzero(figures[STATUS] == Status.COLLISION).tolist():
         rows = slice(k * arm.n, (k + 1) * arm.n)
-        out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room, model).row
+        out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room).row
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,

@@ -28,8 +28,8 @@ INFLUENCE = 0.1  # [m]
 
 @kernel
 def proximity(obstruction, q, direction, descent):
-    """Return (cost [m^2], its curvature along `direction` (n,) [m^2]) at q, and write its negative gradient to `descent`
-    (n,). Both arrays may be of length 0: then the curvature is 0, and no gradient is written."""
+    """Return (cost [m^2], its curvature along `direction` (n,) [m^2]) at q, and write its negative gradient to
+    `descent` (n,). Both arrays may be of length 0: then the curvature is 0, and no gradient is written."""
     descent[:] = 0.0
     cost, curvature = 0.0, 0.0
     if len(obstruction.scene) == 0:
