@@ -16,6 +16,7 @@ from ros_ik_pkg.compare import MethodRun
 from ros_ik_pkg.ik import METHODS, TRACE_COLUMNS, Status
 from ros_ik_pkg.ros.handling.result import NOTHING, REFUSED
 from ros_ik_pkg.ros.input.pose import stamp_text
+from ros_ik_pkg.ros.output.messages import CLEARANCE
 
 STATUS_OF = {status.label: status for status in Status}
 PLOTTED = ('attempt', 'iteration', 'position_error', 'orientation_error')
@@ -121,7 +122,8 @@ class Answers:
         matrix = np.array(message.data).reshape(rows, columns)
         names = message.layout.dim[1].label.split(',')
         figures = (matrix[:, names.index(name)] for name in PLOTTED)
-        curve = Curve(about['method'], *figures, matrix[:, len(TRACE_COLUMNS) :])
+        joints = [k for k, name in enumerate(names) if name not in (*TRACE_COLUMNS, CLEARANCE)]
+        curve = Curve(about['method'], *figures, matrix[:, joints])
         if about['run'] == 'comparison':
             self._coming[about['method']] = curve
         else:

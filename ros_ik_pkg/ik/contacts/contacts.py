@@ -263,7 +263,11 @@ class Room:
 
     def least_clearance(self, q: np.ndarray) -> float:
         """Return a lower bound of the clearance at q (n,) [m], in microseconds; of no meaning where things touch."""
-        return float(clearances_of(self.packed, np.asarray(q, dtype=np.float64)[None])[0, 0])
+        return float(self.least_clearances(np.asarray(q, dtype=np.float64)[None])[0])
+
+    def least_clearances(self, q: np.ndarray) -> np.ndarray:
+        """Return `least_clearance` of each row of q (k, n), (k,) [m]."""
+        return clearances_of(self.packed, np.ascontiguousarray(q, dtype=np.float64))[:, 0]
 
     def is_clear(self, q: np.ndarray, margin: float = 0.0, meshes: bool = False) -> bool:
         """Return whether nothing touches at q (n,) or comes nearer than `margin` [m], by coal."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -49,6 +50,19 @@ class Topic:
         return self.name if self.name.startswith('/') else f'{node.rpartition("/")[0]}/{self.name}'
 
 
+def _planning_scene_topics() -> tuple[Topic, ...]:
+    """Return the topics of MoveIt's planning scene, none without moveit_msgs: all that is read of it are obstacles."""
+    try:
+        messages = import_module('moveit_msgs.msg')
+    except ImportError:
+        return ()
+    return (
+        Topic('planning_scene', messages.PlanningScene, 'in', 'obstacles and held objects, as MoveIt has them', 100),
+        Topic('collision_object', messages.CollisionObject, 'in', 'one obstacle, as MoveIt has it', 100),
+        Topic('attached_collision_object', messages.AttachedCollisionObject, 'in', 'one held object', 100),
+    )
+
+
 TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
 TARGET_TWIST = Topic(
     'target_twist',
@@ -72,6 +86,7 @@ ROBOT_DESCRIPTION_SEMANTIC = Topic(
 OBSTACLES = Topic(
     'obstacles', MarkerArray, 'in', 'boxes, spheres and cylinders that the arm must stay clear of', depth=100
 )
+PLANNING_SCENE_TOPICS = _planning_scene_topics()
 CONTACTS = Topic('~/contacts', MarkerArray, 'out', 'the two nearest points of an answer, red if they touch', depth=10)
 SOLUTION = Topic(
     '~/solution', JointState, 'out', 'answers within tolerance and limits; what else, parameters must ask for', depth=10

@@ -64,7 +64,7 @@ def _figures(result: Result) -> dict[str, Any]:
         'joint_distance': solution.joint_distance,
         'sigma_min': solution.sigma_min,
         'joints_at_limits': ' '.join(names[i] for i in solution.joints_at_limits),
-        **({} if solution.room is None else {'clearance': solution.room.least_clearance(solution.q)}),
+        **({} if solution.room is None else {'clearance': result.clearance, 'touching': ', '.join(result.touching)}),
     }
 
 
