@@ -13,7 +13,7 @@ from std_msgs.msg import Float64MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_ik_pkg.compare import MethodRun
-from ros_ik_pkg.ik import METHODS, TRACE_COLUMNS, Status
+from ros_ik_pkg.ik import METHODS, TRACE_COLUMNS, Arm, Status
 from ros_ik_pkg.ros.handling.result import NOTHING, REFUSED
 from ros_ik_pkg.ros.input.pose import stamp_text
 from ros_ik_pkg.ros.output.messages import CLEARANCE
@@ -145,6 +145,13 @@ class Answers:
         if lines and stamp_text(lines[0].header.stamp) == self.stamp:
             self.paths = {line.ns: np.array([[p.x, p.y, p.z] for p in line.points]) for line in lines}
             self._news.add(PATHS)
+
+
+def least_bad_of(result: Mapping[str, str], arm: Arm) -> tuple[np.ndarray, tuple[str, ...]] | None:
+    """Return the configuration (n,) of a failure by contact and the names of the two that touch; None of another
+    result, and of one for another arm."""
+    q = np.array(result.get('least_bad', '').split(), dtype=float)
+    return (q, tuple(result['touching'].split(', '))) if len(q) == arm.n else None
 
 
 def values_of(status: DiagnosticStatus) -> dict[str, str]:

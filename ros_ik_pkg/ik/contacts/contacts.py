@@ -9,6 +9,7 @@ from copy import copy
 from functools import cached_property
 from operator import is_
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -57,6 +58,7 @@ class Contacts:
             LOG.warning('%s', warning)
         LOG.info('links that may touch: %s', self.described())
         self._kept: Room | None = None
+        self._obstacle_pieces: WeakKeyDictionary[Obstacle, Piece] = WeakKeyDictionary()
 
     @property
     def known(self) -> bool:
@@ -79,6 +81,14 @@ class Contacts:
     def links(self) -> tuple[str, ...]:
         """Names of the links that have shapes."""
         return tuple(dict.fromkeys(piece.owner for piece in self._pieces))
+
+    def pieces_of(self, link: str) -> tuple[Piece, ...]:
+        """Return the shapes of a link, a mesh in convex parts."""
+        return tuple(piece for piece in self._pieces if piece.owner == link)
+
+    def piece_of(self, obstacle: Obstacle) -> Piece:
+        """Return the shape of an obstacle, the same one as long as the obstacle is there."""
+        return self._obstacle_pieces.setdefault(obstacle, Piece(obstacle.name, obstacle.shape))
 
     def room(self, world: World | None = None) -> Room:
         """Return the arm in a world, ready to be checked; the last one is kept.
@@ -111,7 +121,7 @@ class Room:
         self.world = world
         self._contacts = contacts
         self._bodies: Bodies = contacts._bodies
-        self._pieces = (*contacts._pieces, *(Piece(obstacle.name, obstacle.shape) for obstacle in world.obstacles))
+        self._pieces = (*contacts._pieces, *map(contacts.piece_of, world.obstacles))
         self._held: dict[str, Obstacle] = {obstacle.name: obstacle for obstacle in world.obstacles}
         self._check_names()
         self._values = self._bodies.values({**contacts._home, **world.positions})
