@@ -50,17 +50,21 @@ class Topic:
         return self.name if self.name.startswith('/') else f'{node.rpartition("/")[0]}/{self.name}'
 
 
+SCENE = {
+    'planning_scene': ('PlanningScene', 'obstacles and held objects, as MoveIt has them'),
+    'collision_object': ('CollisionObject', 'one obstacle, as MoveIt has it'),
+    'attached_collision_object': ('AttachedCollisionObject', 'one held object, as MoveIt has it'),
+}
+
+
 def _planning_scene_topics() -> tuple[Topic, ...]:
-    """Return the topics of MoveIt's planning scene, none without moveit_msgs: all that is read of it are obstacles."""
+    """Return the topics of MoveIt's planning scene whose messages are installed: none without moveit_msgs."""
     try:
         messages = import_module('moveit_msgs.msg')
     except ImportError:
         return ()
-    return (
-        Topic('planning_scene', messages.PlanningScene, 'in', 'obstacles and held objects, as MoveIt has them', 100),
-        Topic('collision_object', messages.CollisionObject, 'in', 'one obstacle, as MoveIt has it', 100),
-        Topic('attached_collision_object', messages.AttachedCollisionObject, 'in', 'one held object', 100),
-    )
+    return tuple(Topic(name, getattr(messages, kind), 'in', text, 100)
+                 for name, (kind, text) in SCENE.items() if hasattr(messages, kind))
 
 
 TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')

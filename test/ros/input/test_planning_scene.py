@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 from ros_ik_pkg.ik.model.transforms import transform
 from ros_ik_pkg.ros.input.planning_scene import ADD, APPEND, MOVE, REMOVE, SceneObjects
 from ros_ik_pkg.ros.input.refusal import RefusedError
+from ros_ik_pkg.ros.interface import topics
 
 BOX = SolidPrimitive(type=SolidPrimitive.BOX, dimensions=[0.1, 0.2, 0.3])
 ROLLER = SolidPrimitive(type=SolidPrimitive.CYLINDER, dimensions=[0.5, 0.02])  # height and radius
@@ -133,3 +134,23 @@ def test_more_obstacles_than_count_are_refused(objects, monkeypatch):
     (said,) = objects.take(item('b'), place, LINKS)
     assert 'more than 2 obstacles' in said
     assert names(objects) == ['object a', 'object a 1']
+
+
+KINDS = 'PlanningScene', 'CollisionObject', 'AttachedCollisionObject'
+
+
+@pytest.mark.parametrize('kinds', [KINDS, KINDS[1:2]])
+def test_the_topics_of_the_scene_are_those_whose_messages_are_installed(monkeypatch, kinds):
+    messages = SimpleNamespace(**{kind: type(kind, (), {}) for kind in kinds})
+    monkeypatch.setattr(topics, 'import_module', lambda name: messages)
+    found = topics._planning_scene_topics()
+    assert {topic.type for topic in found} == {getattr(messages, kind) for kind in kinds}
+    assert all(topic.name in topics.SCENE for topic in found)
+
+
+def test_without_moveit_there_are_no_topics_of_the_scene(monkeypatch):
+    def missing(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(topics, 'import_module', missing)
+    assert topics._planning_scene_topics() == ()
