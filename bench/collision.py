@@ -7,25 +7,40 @@ compared within one run, alternating on the same targets.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
-from bench.published_robots import PANDA, UR5, XARM7, Z1, UrdfJudge, configurations, moving_pairs
+from bench.published_robots import (
+    BAXTER,
+    PANDA,
+    TIAGO,
+    UR5,
+    XARM7,
+    Z1,
+    UrdfJudge,
+    configurations,
+    moving_pairs,
+)
 from ros_ik_pkg.ik import Arm, Obstacle, Solution, SolveOptions, World, load_arm, solve
 from ros_ik_pkg.ik.collision.scene import contacts_of
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.contacts import Room
 
-ROBOTS = {'panda': PANDA, 'xarm7': XARM7, 'ur5': UR5, 'z1': Z1}
 HEEDLESS, HEEDFUL = SolveOptions(avoid_collisions=False), SolveOptions()
 CHUNK = 50
+TIMED = 2000  # targets that are solved without the check and by rejection too
 MOST_SEEDS = 100  # that rejection tries
 SURE = 1e-4  # m by which a target's own configuration is clear
 COLLISION_HEAD = (
     'arm', 'room', 'targets', 'solved', 'touch', 'touch without', 'median without', 'median', 'p99', 'over', 'rejection'
 )  # fmt: skip
+ROD = Obstacle('rod', 'cylinder', (0.02, 0.3), np.block([[np.eye(3), np.array([[0.0], [0.0], [0.23]])],
+                                                         [np.zeros((1, 3)), np.ones((1, 1))]]),
+               'panda_hand', ('panda_leftfinger', 'panda_rightfinger'))
 
 
 def boxes(count: int = 10) -> tuple[Obstacle, ...]:
@@ -38,62 +53,105 @@ def boxes(count: int = 10) -> tuple[Obstacle, ...]:
     return tuple(found)
 
 
-WORLDS = {
-    'itself': World(), 'and a floor': World(floor=-0.05), 'and ten boxes': World(floor=-0.05, obstacles=boxes())
-}  # fmt: skip
+ALONE, GROUND, CROWDED = World(), World(floor=-0.05), World(floor=-0.05, obstacles=boxes())
+WORLDS = {'itself': ALONE, 'and a floor': GROUND, 'and ten boxes': CROWDED}
+
+
+@dataclass(frozen=True)
+class Case:
+    """An arm in a room."""
+
+    name: str
+    title: str
+    urdf: Path
+    arm: Arm
+    world: World
+    margin: float = 0.0
+
+
+def cases() -> Iterator[Case]:
+    """Return all arms and rooms."""
+    for name, (urdf, srdf, tip) in {'panda': PANDA, 'xarm7': XARM7, 'ur5': UR5, 'z1': Z1, 'lift': TIAGO}.items():
+        base = 'torso_fixed_link' if name == 'lift' else None
+        arm = load_arm(urdf, base=base, tip=tip, srdf=srdf)
+        for title, world in WORLDS.items():
+            yield Case(name, title, urdf, arm, world)
+    for side, other in (('left', 'right'), ('right', 'left')):
+        arm = load_arm(BAXTER[0], base='torso', tip=f'{side}_hand_link', srdf=BAXTER[1])
+        inwards = 1.0 if other == 'right' else -1.0
+        held = {f'{other}_s0': 0.9 * inwards, f'{other}_s1': -0.4, f'{other}_e1': 0.6, f'{other}_w1': 0.3}
+        for title, world in WORLDS.items():
+            yield Case(f'{side} of two', title, BAXTER[0], arm, replace(world, positions=held))
+    arm = load_arm(PANDA[0], tip=PANDA[2], srdf=PANDA[1])
+    yield Case('panda', 'rod in the hand', PANDA[0], arm, World(floor=-0.05, obstacles=(*boxes(), ROD)))
+    yield Case('panda', '5 mm away', PANDA[0], arm, CROWDED, 0.005)
+    yield Case('ur5', '10 mm away', UR5[0], load_arm(UR5[0], tip=UR5[2], srdf=UR5[1]), GROUND, 0.01)
 
 
 def collision_rows(count: int) -> tuple[list[tuple[str, ...]], int]:
-    """Return a row for each arm and room, and how many answers touch."""
+    """Return a row for each arm and room, each with so many targets, and how many answers touch."""
     rows, wrong = [], 0
-    for name, (urdf, srdf, tip) in ROBOTS.items():
-        arm = load_arm(urdf, tip=tip, srdf=srdf)
-        for title, world in WORLDS.items():
-            row, touching = _measure(name, title, arm, world, UrdfJudge, urdf, count)
-            rows.append(row)
-            wrong += touching
+    for case in cases():
+        row, touching = _measure(case, count)
+        print(f'| {" | ".join(row)} |', flush=True)
+        rows.append(row)
+        wrong += touching
     return rows, wrong
 
 
-def _measure(
-    name: str, title: str, arm: Arm, world: World, make_judge: Callable[..., UrdfJudge], urdf: object, count: int
-) -> tuple[tuple[str, ...], int]:
-    """Solve targets that a clear configuration reaches, in turns with and without the check and by rejection."""
+def _measure(case: Case, count: int) -> tuple[tuple[str, ...], int]:
+    """Solve targets that a clear configuration reaches, the first in turns with and without the check and by
+    rejection."""
+    arm, world = case.arm, case.world
     room = arm.contacts.room(world)
-    judge = make_judge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
+    heedful = replace(HEEDFUL, collision_margin=case.margin)
+    judge = UrdfJudge(case.urdf, moving_pairs(room), room.positions, base=arm.base_frame)
     add_room(judge, arm, room, world)
-    q = configurations(arm, 4 * count, seed=11)
-    q = q[contacts_of(room.packed, q, SURE) < 0][:count]
-    targets = np.array([arm.forward(row) for row in q])
+    judge.keep(case.margin)
+    targets = _targets(arm, room, case.margin, count)
     ways = {
+        'with': lambda target: solve(arm, target, options=heedful, world=world),
         'without': lambda target: solve(arm, target, options=HEEDLESS),
-        'with': lambda target: solve(arm, target, options=HEEDFUL, world=world),
-        'rejection': lambda target: _reject(arm, target, room),
+        'rejection': lambda target: _reject(arm, target, room, case.margin),
     }
-    found: dict[str, list[Solution]] = {way: [] for way in ways}
     seconds: dict[str, list[float]] = {way: [] for way in ways}
-    for first in tqdm(range(0, len(targets), CHUNK), desc=f'{name} {title}', leave=False):
-        for way, call in ways.items():
+    touching, solved = dict.fromkeys(ways, 0), 0
+    for first in tqdm(range(0, len(targets), CHUNK), desc=f'{case.name} {case.title}', leave=False):
+        timed = first < TIMED
+        for way, call in ways.items() if timed else [('with', ways['with'])]:
+            answers = []
             for target in targets[first : first + CHUNK]:
                 began = time.perf_counter()
-                found[way].append(call(target))
-                seconds[way].append(time.perf_counter() - began)
-    touching = {way: sum(judge.touches(arm.joint_names, solution.q) for solution in found[way] if solution.converged)
-                for way in ('without', 'with')}
-    solved = np.mean([solution.converged for solution in found['with']])
-    without, heedful, rejected = (1e6 * float(np.median(seconds[way])) for way in ways)
-    late = 1e6 * float(np.percentile(seconds['with'], 99))
+                answers.append(call(target))
+                if timed:
+                    seconds[way].append(time.perf_counter() - began)
+            converged = [answer for answer in answers if answer.converged]
+            touching[way] += sum(judge.touches(arm.joint_names, answer.q) for answer in converged)
+            solved += len(converged) if way == 'with' else 0
+    alike, careful, rejected = (1e6 * float(np.median(seconds[way])) for way in ('without', 'with', 'rejection'))
+    late, over = (1e6 * float(np.percentile(seconds['with'], 99)), careful - alike)
     row = (
-        name, title, str(len(targets)), f'{100 * solved:.2f} %', str(touching['with']),
-        f'{100 * touching["without"] / len(targets):.1f} %', f'{without:.1f} us', f'{heedful:.1f} us', f'{late:.0f} us',
-        f'{heedful - without:.1f} us', f'{rejected:.0f} us',
+        case.name, case.title, str(len(targets)), f'{100 * solved / len(targets):.3f} %', str(touching['with']),
+        f'{100 * touching["without"] / min(len(targets), TIMED):.1f} %', f'{alike:.1f} us', f'{careful:.1f} us',
+        f'{late:.0f} us', f'{over:.1f} us', f'{rejected:.0f} us',
     )  # fmt: skip
     return row, touching['with']
 
 
+def _targets(arm: Arm, room: Room, margin: float, count: int) -> np.ndarray:
+    """Return poses (count, 4, 4) of random configurations that are clear."""
+    found: list[np.ndarray] = []
+    seed = 11
+    while len(found) < count:
+        q = configurations(arm, count, seed=seed)
+        found += list(q[contacts_of(room.packed, q, margin + SURE) < 0])
+        seed += 1
+    return np.array([arm.forward(row) for row in found[:count]])
+
+
 def add_room(judge: UrdfJudge, arm: Arm, room: Room, world: World) -> None:
-    """Put floor and boxes into the judge, against the links that move."""
-    partners = {name: [] for name in ('floor', *(obstacle.name for obstacle in world.obstacles))}
+    """Put floor and obstacles into the judge, against the links that move."""
+    partners: dict[str, list[str]] = {name: [] for name in ('floor', *(obstacle.name for obstacle in world.obstacles))}
     for pair in room.pairs:
         for name in pair & partners.keys():
             partners[name] += list(pair - {name})
@@ -102,15 +160,17 @@ def add_room(judge: UrdfJudge, arm: Arm, room: Room, world: World) -> None:
         pose[2, 3] = world.floor - 1.0
         judge.add('floor', coal.Box(20.0, 20.0, 2.0), pose, partners['floor'])
     for obstacle in world.obstacles:
-        judge.add(obstacle.name, coal.Box(*obstacle.size), obstacle.shape.frame_from_shape, partners[obstacle.name])
+        shape = {'box': coal.Box, 'cylinder': coal.Cylinder}[obstacle.kind](*obstacle.size)
+        against = [name for name in partners[obstacle.name] if name in judge.owners]
+        judge.add(obstacle.name, shape, obstacle.shape.frame_from_shape, against, frame=obstacle.link or None)
 
 
-def _reject(arm: Arm, target: np.ndarray, room: Room) -> Solution:
+def _reject(arm: Arm, target: np.ndarray, room: Room, margin: float) -> Solution:
     """Solve from new seeds until Pinocchio and coal find an answer clear: what a caller can do around any solver."""
     seed = arm.home
     for k in range(MOST_SEEDS):
         solution = solve(arm, target, seed, HEEDLESS)
-        if solution.converged and room.is_clear(solution.q):
+        if solution.converged and room.is_clear(solution.q, margin):
             break
         seed = configurations(arm, 1, seed=k)[0]
     return solution

@@ -14,13 +14,14 @@ from scipy.interpolate import BPoly
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
-from bench.collision import ROBOTS, WORLDS, add_room
+from bench.collision import WORLDS, add_room
 from bench.judge import Judge, rotation_vectors
 from bench.paths import random_path
-from bench.published_robots import UrdfJudge, moving_pairs
+from bench.published_robots import PANDA, UR5, XARM7, Z1, UrdfJudge, moving_pairs
 from ros_ik_pkg.ik import Arm, PathOptions, PathSolution, load_arm, solve_path
 
 CHECK_HEAD = ('arm', 'room', 'paths', 'whole', 'in part', 'none', 'reconfigured', 'led', 'rows', 'violations')
+ROBOTS = {'panda': PANDA, 'xarm7': XARM7, 'ur5': UR5, 'z1': Z1}
 FINER = 10
 LOOKS = 20  # for contact, at each motion
 ROUNDING = 1e-6  # of a limit

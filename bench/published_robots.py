@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik.contacts.coal_library import geometry_object
+from ros_ik_pkg.ik.contacts.coal_library import ask_anew, geometry_object
 
 SHARE = next(path for path in (Path(place) / 'cmeel.prefix' / 'share' for place in sys.path)
              if (path / 'example-robot-data').is_dir())
@@ -19,6 +19,7 @@ XARM7 = ROBOTS / 'xarm_description/urdf/xarm7.urdf', ROBOTS / 'xarm_description/
 UR5 = ROBOTS / 'ur_description/urdf/ur5_robot.urdf', ROBOTS / 'ur_description/srdf/ur5.srdf', 'ee_link'
 Z1 = ROBOTS / 'z1_description/urdf/z1.urdf', ROBOTS / 'z1_description/srdf/z1.srdf', None
 SO100 = ROBOTS / 'so_arm_description/urdf/so100.urdf', None, None
+TIAGO = ROBOTS / 'tiago_description/robots/tiago_no_hand.urdf', None, 'arm_tool_link'
 BAXTER = ROBOTS / 'baxter_description/urdf/baxter.urdf', ROBOTS / 'baxter_description/srdf/baxter_manipulation.srdf'
 
 
@@ -54,12 +55,18 @@ class UrdfJudge:
     def ready(self):
         """Make the workspaces."""
         self.data, self.placed = self.model.createData(), self.geometry.createData()
+        ask_anew(self.placed)
 
     def put(self, positions, q):
         """Write joint positions by name to a configuration of the model."""
         for name, value in positions.items():
             joint = self.model.joints[self.model.getJointId(name)]
             q[joint.idx_q : joint.idx_q + joint.nq] = value if joint.nq == 1 else (np.cos(value), np.sin(value))
+
+    def keep(self, margin):
+        """Take a distance of up to `margin` [m] for contact."""
+        for request in self.placed.collisionRequests:
+            request.security_margin = margin
 
     def touches(self, names, q):
         """Return whether a pair touches at joint positions q."""

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from ros_ik_pkg.compare.contact import contact_lines
 from ros_ik_pkg.compare.files import write_csv, write_json
 from ros_ik_pkg.compare.notebook import save_notebook
 from ros_ik_pkg.compare.palette import COLOURS
@@ -173,6 +174,8 @@ def compare(problem: Problem, given: argparse.Namespace, options: SolveOptions) 
     print(heading(problem, given))
     print(runs_table(runs, can_colour(sys.stdout)))
     print('\n' + textwrap.fill(describe(runs), shutil.get_terminal_size((WIDTH, 0)).columns, break_long_words=False))
+    for line in contact_lines(problem.arm, runs):
+        print(line)
     if given.plot:
         from ros_ik_pkg.compare.plots import save_picture  # only plots need matplotlib
 

@@ -18,7 +18,7 @@ from ros_ik_pkg.methods import BY_NAME, DEFAULT, METHODS, TABLE
 CHOICES = ('first', 'nearest', 'all')
 TASK_FRAMES = ('base', 'tip')
 GEOMETRIES = ('convex', 'mesh')
-NULL_SPACES = ('none', 'posture', 'limits', 'manipulability')
+NULL_SPACES = ('none', 'posture', 'limits', 'manipulability', 'clearance')
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     null_space: str = option(
         'none',
         'what joints that the task leaves over are for: nothing, nearness to the posture, distance from the limits, '
-        'or manipulability',
+        'manipulability, or clearance, the distance from contact',
         allowed=NULL_SPACES,
     )
     null_space_step: float = option(

@@ -43,7 +43,6 @@ FLOAT = np.dtype(np.float64)
 POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
-GRAZING = 1e-4  # [m] by which coal must find clear what the bound does not
 STILL_COMPILING = (
     'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting and a search for '
     'solutions clear of contact'
@@ -109,27 +108,27 @@ def solve(
         target = as_array(getattr(target, 'homogeneous', target), 'target', POSE)
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = as_array(seed, 'seed', (arm.n,))
-    room, model = None, arm.packed
+    room, model, call = None, arm.packed, one_target  # another thread may change it
     if options.avoid_collisions and arm.shaped:
         room = arm.contacts.room(world)
-        model = arm.packed if one_target is solve_usual else room.behind(model)
+        model = arm.packed if call is solve_usual else room.behind(model)
     if trace or reference is not None or options.choice == 'all':
-        return _solve_at_length(arm, target, seed, options, reference, trace, room, model)
+        return _solve_at_length(arm, target, seed, options, reference, trace, room)
     row = empty(arm.n + WIDTH)
     try:
-        good = one_target(model, options.numbers, target, seed, row)
+        good = call(model, options.numbers, target, seed, row)
     except TypeError:  # other dimensions, or not aligned
         target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (arm.n,))
-        good = one_target(model, options.numbers, target, seed, row)
+        good = call(model, options.numbers, target, seed, row)
     if not good:
         if row[STATUS - WIDTH] == NOT_COMPILED:
             raise NotCompiledError(STILL_COMPILING)
         raise _argument_error(arm, options, target, seed, seed)
     if room is not None:
-        if one_target is solve_usual:
+        if call is solve_usual:
             _refuse_contact(row[: arm.n], options, room)
         elif row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
-            return _solve_at_length(arm, target, seed, options, None, False, room, model)
+            return _solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
 
 
@@ -141,13 +140,13 @@ def use_usual(usual: bool) -> None:
 
 def _refuse_contact(q: np.ndarray, options: SolveOptions, room: Room) -> None:
     """Raise NotCompiledError unless coal finds q (n,) clear: the usual solve does not look at contact."""
-    if not room.is_clear(q, options.collision_margin + GRAZING, options.collision_geometry == 'mesh'):
+    if not room.is_clear(q, options.collision_margin, options.collision_geometry == 'mesh'):
         raise NotCompiledError(STILL_COMPILING)
 
 
 def _solve_at_length(
     arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool,
-    room: Room | None, model: np.ndarray,
+    room: Room | None,
 ) -> Solution:
     """Solve where more is wanted than one answer from one seed, or where the answers that were found may touch."""
     if one_target is solve_usual:
@@ -158,6 +157,7 @@ def _solve_at_length(
     origin = seed if reference is None else as_array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
+    model = arm.packed if room is None else room.behind(arm.packed)
     touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
     count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
@@ -184,17 +184,15 @@ def take_best(
     `look_at` writes a configuration and its figures, by these numbers of SolveOptions, to a row.
     """
     meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
-    # Two questions to coal, which now and then takes what only just touches for clear.
-    clear = [q for q in touching
-             if room.is_clear(q, margin + GRAZING, meshes) and room.look(q, meshes).clearance > margin + GRAZING]
-    best = clear[0] if clear else max(touching, key=lambda q: room.look(q, meshes).clearance)
+    clear = next((q for q in touching if room.is_clear(q, margin, meshes)), None)
+    best = clear if clear is not None else max(touching, key=lambda q: room.look(q, meshes).clearance)
     lone = replace(options, choice='first', max_attempts=1, max_iterations=0, null_space='none')
     one = np.empty_like(row)
     look_at(best, lone.numbers, one)
     held = one[STATUS - WIDTH] in (Status.CONVERGED, Status.JOINT_JUMP)
     for figure in (STEPS, ATTEMPTS, TIME):
         one[figure - WIDTH] = row[figure - WIDTH]
-    if not (held and clear and np.array_equal(one[: len(best)], best)):
+    if not (held and clear is not None and np.array_equal(one[: len(best)], best)):
         one[STATUS - WIDTH], one[FOUND - WIDTH] = Status.COLLISION, 0.0
     row[:] = one
 
@@ -283,7 +281,7 @@ def solve_batch(
         raise ArgumentError(f'row {k}: {_argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
     for k in np.flatnonzero(figures[STATUS] == Status.COLLISION).tolist():
         rows = slice(k * arm.n, (k + 1) * arm.n)
-        out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room, model).row
+        out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room).row
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,

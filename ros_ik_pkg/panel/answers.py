@@ -13,9 +13,10 @@ from std_msgs.msg import Float64MultiArray
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_ik_pkg.compare import MethodRun
-from ros_ik_pkg.ik import METHODS, TRACE_COLUMNS, Status
+from ros_ik_pkg.ik import METHODS, TRACE_COLUMNS, Arm, Status
 from ros_ik_pkg.ros.handling.result import NOTHING, REFUSED
 from ros_ik_pkg.ros.input.pose import stamp_text
+from ros_ik_pkg.ros.output.messages import CLEARANCE
 
 STATUS_OF = {status.label: status for status in Status}
 PLOTTED = ('attempt', 'iteration', 'position_error', 'orientation_error')
@@ -121,7 +122,8 @@ class Answers:
         matrix = np.array(message.data).reshape(rows, columns)
         names = message.layout.dim[1].label.split(',')
         figures = (matrix[:, names.index(name)] for name in PLOTTED)
-        curve = Curve(about['method'], *figures, matrix[:, len(TRACE_COLUMNS) :])
+        joints = [k for k, name in enumerate(names) if name not in (*TRACE_COLUMNS, CLEARANCE)]
+        curve = Curve(about['method'], *figures, matrix[:, joints])
         if about['run'] == 'comparison':
             self._coming[about['method']] = curve
         else:
@@ -143,6 +145,13 @@ class Answers:
         if lines and stamp_text(lines[0].header.stamp) == self.stamp:
             self.paths = {line.ns: np.array([[p.x, p.y, p.z] for p in line.points]) for line in lines}
             self._news.add(PATHS)
+
+
+def least_bad_of(result: Mapping[str, str], arm: Arm) -> tuple[np.ndarray, tuple[str, ...]] | None:
+    """Return the configuration (n,) of a failure by contact and the names of the two that touch; None of another
+    result, and of one for another arm."""
+    q = np.array(result.get('least_bad', '').split(), dtype=float)
+    return (q, tuple(result['touching'].split(', '))) if len(q) == arm.n else None
 
 
 def values_of(status: DiagnosticStatus) -> dict[str, str]:

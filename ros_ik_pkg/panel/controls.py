@@ -12,6 +12,7 @@ from ros_ik_pkg.compare.problem import numbers_of, pose
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.html import tip_html
 from ros_ik_pkg.panel.lesson_tab import LessonTab
+from ros_ik_pkg.panel.obstacles import BALL, BOX, NONE
 from ros_ik_pkg.panel.parameter_controls import ParameterControls
 from ros_ik_pkg.panel.seed_sliders import SeedSliders
 from ros_ik_pkg.panel.texts import LANGUAGE_NAMES, Texts
@@ -31,6 +32,7 @@ class Actions(Protocol):
     def upload_urdf(self, text: str, file_name: str) -> None: ...
     def choose_preset(self, name: str) -> None: ...
     def choose_lesson(self, name: str) -> None: ...
+    def choose_obstacle(self, kind: str) -> None: ...
     def set_target(self, target: np.ndarray) -> None: ...
     def set_joint(self, joint: int, position: float) -> None: ...
     def set_parameter(self, name: str, value: Any) -> None: ...
@@ -56,6 +58,7 @@ class Controls:
             self._add_robot(tuple(robots))
             self._add_presets()
             self._add_target()
+            self._add_button_row('obstacles', (BOX, BALL, NONE), actions.choose_obstacle)
             self._seed = SeedSliders(gui, texts['seed'], self.on, actions.set_joint)
             with gui.add_folder(texts['tip']):
                 self._tip = gui.add_html(tip_html(None, ''))
@@ -90,13 +93,17 @@ class Controls:
 
     def _add_presets(self) -> None:
         for label, names in PRESET_ROWS.items():
-            by_text = {self._texts[name]: name for name in names}
-            group = self._gui.add_button_group(self._texts[label], tuple(by_text))
+            self._add_button_row(label, names, self._actions.choose_preset)
 
-            @group.on_click
-            def _(event: viser.GuiEvent, by_text: dict[str, str] = by_text) -> None:
-                text = event.target.value
-                self._later(lambda: self._actions.choose_preset(by_text.get(text, text)))
+    def _add_button_row(self, label: str, names: tuple[str, ...], choose: Callable[[str], object]) -> None:
+        """Add a button for each name, which calls `choose` with it."""
+        by_text = {self._texts[name]: name for name in names}
+        group = self._gui.add_button_group(self._texts[label], tuple(by_text))
+
+        @group.on_click
+        def _(event: viser.GuiEvent) -> None:
+            text = event.target.value
+            self._later(lambda: choose(by_text.get(text, text)))
 
     def _add_languages(self) -> None:
         by_name = {name: language for language, name in LANGUAGE_NAMES.items()}

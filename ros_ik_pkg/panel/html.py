@@ -36,7 +36,9 @@ def node_words(result: Mapping[str, str], texts: Texts = ENGLISH) -> tuple[str, 
     if not result:
         return texts['waiting'], False
     if result['outcome'] != 'solved':
-        return texts.failure(result['outcome'], result['status'], result['message']), False
+        words = texts.failure(result['outcome'], result['status'], result['message'])
+        named = 'touching' not in result or all(name in words for name in result['touching'].split(', '))
+        return words if named else f'{words}: {result["touching"]}', False
     attempts = '' if result['attempts'] == '1' else texts.fill('attempts', count=result['attempts'])
     time = f'{1e3 * float(result["solve_time"]):.2g}'
     words = {'method': result['method'], 'iterations': result['iterations'], 'attempts': attempts, 'time': time}

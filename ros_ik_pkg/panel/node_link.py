@@ -15,6 +15,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
+from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.answers import Answers
@@ -39,6 +40,7 @@ class NodeLink:
         self._heard = -SILENCE  # when the node last gave a sign of life, by time.monotonic
         self._targets = self._publisher(topics.TARGET_POSE)
         self._joint_states = self._publisher(topics.JOINT_STATES)
+        self._obstacles = self._publisher(topics.OBSTACLES)
         for topic, callback in (
             (topics.SOLUTION, self.answers.take_solution),
             (topics.RESULT, self.answers.take_result),
@@ -67,6 +69,10 @@ class NodeLink:
         message = JointState(name=list(arm.joint_names), position=positions.tolist())
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._joint_states.publish(message)
+
+    def publish_obstacles(self, message: MarkerArray) -> None:
+        """Publish obstacles."""
+        self._obstacles.publish(message)
 
     def send_target(self, arm: Arm, base_from_target: np.ndarray) -> None:
         """Send a target (4, 4) and drop the results of earlier ones."""

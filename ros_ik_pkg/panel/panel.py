@@ -22,13 +22,14 @@ from ros_ik_pkg.panel.events import Events
 from ros_ik_pkg.panel.microscope import OFF, Microscope
 from ros_ik_pkg.panel.node_link import NodeLink
 from ros_ik_pkg.panel.node_parameters import NodeParameters
+from ros_ik_pkg.panel.obstacles import Obstacles
 from ros_ik_pkg.panel.parameter_controls import COMPARE
 from ros_ik_pkg.panel.presets import PRESETS, notes
 from ros_ik_pkg.panel.readings import Readings
 from ros_ik_pkg.panel.robots import ROBOT_PARAMETERS, SHIPPED, Robots
 from ros_ik_pkg.panel.scene import Scene
+from ros_ik_pkg.panel.solution_view import show_solution
 from ros_ik_pkg.panel.texts import Texts
-from ros_ik_pkg.ros.handling.result import CLOSEST
 from ros_ik_pkg.ros.input.robot_source import urdf_text
 
 PATIENCE = 1.0  # s for an answer; then the target is sent again
@@ -50,6 +51,7 @@ class Panel:
         self._lesson: Lesson | None = None
         self._add_page()
         self._scene = Scene(server, lambda pose: self._events.put(lambda: self.set_target(pose, dragged=True)))
+        self._obstacles = Obstacles(server.scene, self._events.put, self._send_obstacles)
         self._ready = False  # whether the node has the robot of the page
         self._alive = False
         self._ask_again = math.inf  # when to repeat a question about parameters
@@ -126,6 +128,8 @@ class Panel:
         if robot != self._robot and not self._take_robot(robot):
             return
         self._link.answers.renew()
+        if not self._obstacles.empty:
+            self._send_obstacles()
         self._send_parameters(self._parameters.changed)
 
     def _take_robot(self, robot: dict[str, Any]) -> bool:
@@ -224,21 +228,13 @@ class Panel:
                 self._show_solution()
             return
         iterate, positions = looked
+        self._scene.contact.hide()
         self._scene.stand_at(iterate, microscope.shown_method, positions)
         text = self._texts.fill('an iterate', k=iterate.iteration, method=microscope.shown_method)
         self._controls.show_tip(iterate.base_from_tip, text)
 
     def _show_solution(self) -> None:
-        """Draw the arm at the solution, at a published closest approach, or not at all."""
-        answers = self._link.answers
-        if set(self._arm.joint_names) <= set(answers.solution):
-            q = np.array([answers.solution[name] for name in self._arm.joint_names])
-            closest = answers.result.get('published') == CLOSEST
-            self._scene.go_to(q)
-            self._controls.show_tip(self._arm.forward(q), self._texts['closest'] if closest else '')
-        else:
-            self._scene.go_to(None)
-            self._controls.show_tip(None, self._texts['no solution'])
+        show_solution(self._link.answers, self._arm, self._scene, self._controls, self._texts)
 
     def _use(self, arm: Arm) -> None:
         """Begin with another arm."""
@@ -247,7 +243,9 @@ class Panel:
         self._controls.show_robots(self._robots.names, self._name)
         self._controls.show_arm(arm)
         self._problem = notes(arm)
+        self._obstacles.forget_drawing()
         self._scene.show_arm(arm, self._robot['robot'], self._problem.seed, self._problem.target)
+        self._obstacles.draw()
         self._controls.show_tip(arm.forward(self._problem.seed), self._texts['the seed'])
         self._pose(self._problem)
 
@@ -312,6 +310,17 @@ class Panel:
             self._send_parameters(self._parameters.changed)
         self._controls.lessons.show(lesson.text[self._texts.language])
         self._readings.microscope.choose(lesson.watch)
+
+    def choose_obstacle(self, kind: str) -> None:
+        """Add an obstacle at the target, or remove all."""
+        self._obstacles.choose(kind, self._problem.target[:3, 3])
+        if not self._obstacles.empty and not self._arm.tree.shapes:
+            self._readings.show_notice(self._texts['no shapes'])
+
+    def _send_obstacles(self) -> None:
+        """Tell the node of the obstacles, and ask it again once they have arrived."""
+        self._link.publish_obstacles(self._obstacles.message())
+        self._dirty = self._seed_changed = True
 
     def choose_language(self, language: str) -> None:
         """Write the page in another language."""

@@ -13,6 +13,7 @@ from ros_ik_pkg.compare.palette import COLOURS, COLOURS_ON_DARK, TARGET, rgb
 from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.panel.arm_drawing import ROUND, ArmDrawing, floor_of, size_of, wxyz_of
 from ros_ik_pkg.panel.camera import Camera
+from ros_ik_pkg.panel.contact_drawing import ContactDrawing
 from ros_ik_pkg.panel.iterate_drawing import IterateDrawing
 from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
 
@@ -57,6 +58,7 @@ class Scene:
         self._body = mesh_drawing(self._server, name, arm, source) or ArmDrawing(self._scene, name, arm, LINK, JOINT)
         self._ghost = ArmDrawing(self._scene, seed_name, arm, GHOST, GHOST, opacity=0.22)
         self._tip = self._scene.add_frame('/tip', axes_length=AXES * size, axes_radius=0.006 * size, origin_radius=0.0)
+        self.contact = ContactDrawing(self._scene, arm)
         self.iterate = IterateDrawing(self._scene, arm, lambda method: rgb(self._colours[method]))
         self._add_target(size)
         self._shown = self._goal = seed

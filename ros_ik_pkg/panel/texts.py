@@ -25,6 +25,17 @@ _TEXTS = {
     'Behind the base': ('Behind the base', 'Za podstawą'),
     'Unreachable': ('Unreachable', 'Poza zasięgiem'),
     'target': ('Target', 'Cel'),
+    'obstacles': ('Obstacles', 'Przeszkody'),
+    'Box': ('Box', 'Pudło'),
+    'Ball': ('Ball', 'Kula'),
+    'Remove all': ('Remove all', 'Usuń wszystkie'),
+    'contact': (
+        'no solution: {links} touch in the least bad one', 'brak rozwiązania: w najmniej złym stykają się {links}'
+    ),
+    'no shapes': (
+        'This robot has no shapes for contact: obstacles do not count for it.',
+        'Ten robot nie ma brył do wykrywania kolizji: przeszkody go nie dotyczą.',
+    ),
     'seed': ('Seed', 'Konfiguracja startowa'),
     'tip': ('Tip of the solution', 'Końcówka w rozwiązaniu'),
     'dark': ('Dark page', 'Ciemna strona'),

@@ -94,6 +94,8 @@ class IkNode(Node):
         self._subscribe(topics.OBSTACLES, self._on_obstacles)
         self._subscribe(topics.TOOL, self._tools.take)
         self._subscribe(topics.TOOL_POSE, self._tools.take)
+        for topic in topics.PLANNING_SCENE_TOPICS:
+            self._subscribe(topic, self._on_scene)
         self._subscribe(topics.JOINT_STATES, self._on_joint_state)
         self._subscribe(topics.TARGET_TWIST, self._stream.on_twist)
         self.create_service(SetBool, topics.PAUSE, self._on_pause)
@@ -264,7 +266,13 @@ class IkNode(Node):
             self._take_over(settings, self._arm_for(settings, arm_changes=True))
 
     def _on_obstacles(self, message: MarkerArray) -> None:
-        for reason in self._handler.take_obstacles(message):
+        self._leave_aside(self._handler.take_obstacles(message))
+
+    def _on_scene(self, message: Any) -> None:
+        self._leave_aside(self._handler.take_scene(message))
+
+    def _leave_aside(self, reasons: list[str]) -> None:
+        for reason in reasons:
             self.get_logger().warning(f'obstacle left aside: {reason}', throttle_duration_sec=LOG_PERIOD)
 
     def _load_from_topic(self, settings: Settings) -> Arm | None:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_ik_pkg.ik.collision.convex_distance import SCRATCH, hull_distance
+from ros_ik_pkg.ik.collision.convex_distance import SCRATCH, furthest, hull_distance
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 
@@ -201,18 +201,21 @@ def segment_distance(one, other, guess):
 
 
 @kernel
-def height_above(scene, placed, k):
-    """Return how high the lowest point of piece k is above the floor for certain [m]; negative below it."""
+def lowest_point(scene, placed, k):
+    """Return how high the lowest point of piece k is above the floor for certain [m]; negative below it. Write the
+    point, but for the rounding, to placed.points and the direction upwards to placed.guess."""
     piece, base = scene.pieces[k], placed.base
     pose = placed.poses[int(piece[BODY])]
     x, y, z = base[2], base[5], base[8]
     a = pose[0] * x + pose[3] * y + pose[6] * z
     b = pose[1] * x + pose[4] * y + pose[7] * z
     c = pose[2] * x + pose[5] * y + pose[8] * z
-    lowest = math.inf
-    first = int(piece[FIRST])
-    for v in range(first, first + int(piece[ALL])):
-        lowest = min(lowest, a * scene.vertices[0, v] + b * scene.vertices[1, v] + c * scene.vertices[2, v])
+    vertex = furthest(scene.vertices, int(piece[FIRST]), int(piece[ALL]), -a, -b, -c)
+    u, v, w = scene.vertices[0, vertex], scene.vertices[1, vertex], scene.vertices[2, vertex]
+    lowest = a * u + b * v + c * w
+    placed.guess[0], placed.guess[1], placed.guess[2] = x, y, z
+    for r in range(3):
+        placed.points[r] = pose[3 * r] * u + pose[3 * r + 1] * v + pose[3 * r + 2] * w + pose[9 + r]
     here = x * (pose[9] - base[9]) + y * (pose[10] - base[10]) + z * (pose[11] - base[11])
     return here + lowest - piece[FINE_RADIUS] - scene.floor
 
@@ -227,7 +230,7 @@ def floor_gap(scene, placed, k, clear):
             height += base[3 * r + 2] * (places[end + r] - base[9 + r])
         lowest = min(lowest, height)
     lowest -= scene.pieces[k, CAPSULE + 6] + scene.floor
-    return lowest if lowest > clear else height_above(scene, placed, k)
+    return lowest if lowest > clear else lowest_point(scene, placed, k)
 
 
 @kernel

@@ -12,7 +12,6 @@ THIN = 1e-4  # [m]
 SIGN = (-1.0, 1.0)
 
 
-
 class _Hppfcl:
     """coal as it was called before its release 3, by the names of now: types that end in 3s ended in 3f."""
 
@@ -36,6 +35,18 @@ def geometry_object(name: str, model: pin.Model, frame: int, placement: np.ndarr
     if hasattr(held, 'parentJoint'):
         return pin.GeometryObject(name, held.parentJoint, frame, placed, shape)
     return pin.GeometryObject(name, frame, held.parent, shape, placed)  # before its release 3
+
+
+def ask_anew(placed: pin.GeometryData) -> None:
+    """Let Pinocchio ask coal about each configuration as if it were the first.
+
+    Pinocchio's own requests start GJK from where it ended for the configuration before, and look for no depth. So coal
+    misses contacts, some 5 cm deep, and its answer depends on what was asked before.
+    """
+    for requests, make in ((placed.collisionRequests, coal.CollisionRequest),
+                           (placed.distanceRequests, coal.DistanceRequest)):
+        for k in range(len(requests)):
+            requests[k] = make()
 
 
 def points_of(corners: np.ndarray) -> Any:

@@ -9,6 +9,7 @@ from copy import copy
 from functools import cached_property
 from operator import is_
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
@@ -58,6 +59,7 @@ class Contacts:
             LOG.warning('%s', warning)
         LOG.info('links that may touch: %s', self.described())
         self._kept: Room | None = None
+        self._obstacle_pieces: WeakKeyDictionary[Obstacle, Piece] = WeakKeyDictionary()
 
     @property
     def known(self) -> bool:
@@ -80,6 +82,14 @@ class Contacts:
     def links(self) -> tuple[str, ...]:
         """Names of the links that have shapes."""
         return tuple(dict.fromkeys(piece.owner for piece in self._pieces))
+
+    def pieces_of(self, link: str) -> tuple[Piece, ...]:
+        """Return the shapes of a link, a mesh in convex parts."""
+        return tuple(piece for piece in self._pieces if piece.owner == link)
+
+    def piece_of(self, obstacle: Obstacle) -> Piece:
+        """Return the shape of an obstacle, the same one as long as the obstacle is there."""
+        return self._obstacle_pieces.setdefault(obstacle, Piece(obstacle.name, obstacle.shape))
 
     def room(self, world: World | None = None) -> Room:
         """Return the arm in a world, ready to be checked; the last one is kept.
@@ -112,7 +122,7 @@ class Room:
         self.world = world
         self._contacts = contacts
         self._bodies: Bodies = contacts._bodies
-        self._pieces = (*contacts._pieces, *(Piece(obstacle.name, obstacle.shape) for obstacle in world.obstacles))
+        self._pieces = (*contacts._pieces, *map(contacts.piece_of, world.obstacles))
         self._held: dict[str, Obstacle] = {obstacle.name: obstacle for obstacle in world.obstacles}
         self._check_names()
         self._values = self._bodies.values({**contacts._home, **world.positions})
@@ -279,7 +289,11 @@ class Room:
 
     def least_clearance(self, q: np.ndarray) -> float:
         """Return a lower bound of the clearance at q (n,) [m], in microseconds; of no meaning where things touch."""
-        return float(clearances_of(self.packed, np.asarray(q, dtype=np.float64)[None])[0, 0])
+        return float(self.least_clearances(np.asarray(q, dtype=np.float64)[None])[0])
+
+    def least_clearances(self, q: np.ndarray) -> np.ndarray:
+        """Return `least_clearance` of each row of q (k, n), (k,) [m]."""
+        return clearances_of(self.packed, np.ascontiguousarray(q, dtype=np.float64))[:, 0]
 
     def is_clear(self, q: np.ndarray, margin: float = 0.0, meshes: bool = False) -> bool:
         """Return whether nothing touches at q (n,) or comes nearer than `margin` [m], by coal."""

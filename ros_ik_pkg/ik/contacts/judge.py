@@ -11,12 +11,13 @@ import numpy as np
 import pinocchio as pin
 
 from ros_ik_pkg.ik.contacts.bodies import Piece
-from ros_ik_pkg.ik.contacts.coal_library import coal, geometry_object
+from ros_ik_pkg.ik.contacts.coal_library import ask_anew, coal, geometry_object
 from ros_ik_pkg.ik.model.pinocchio_model import frame_id
 from ros_ik_pkg.ik.model.tree import Tree
 from ros_ik_pkg.ik.world import World
 
 FLOOR = 'floor'
+SURE = 1e-5  # [m] by which coal must find a pair clear; its tolerance is 1e-6 m
 
 
 @dataclass(frozen=True)
@@ -71,16 +72,21 @@ class Judge:
             for number in grounded:
                 self._geometry.addCollisionPair(pin.CollisionPair(number, floor))
         self._placed = self._geometry.createData()
+        ask_anew(self._placed)
+        self._margin: float | None = None
 
     def _add(self, name: str, frame: int, placement: np.ndarray, geometry: Any) -> int:
         """Add a shape that is fixed to a frame; return its number."""
         return self._geometry.addGeometryObject(geometry_object(name, self._model, frame, placement, geometry))
 
     def clear(self, values: np.ndarray, margin: float) -> bool:
-        """Return whether no pair is nearer than `margin` [m] at these values of all joints of the model."""
+        """Return whether all pairs are further apart than `margin` [m], by SURE at least, at these values of all joints
+        of the model."""
         with self._lock:
-            for request in self._placed.collisionRequests:
-                request.security_margin = margin
+            if margin != self._margin:
+                self._margin = margin
+                for request in self._placed.collisionRequests:
+                    request.security_margin = margin + SURE
             return not pin.computeCollisions(
                 self._model, self._data, self._geometry, self._placed, np.asarray(values, dtype=np.float64), True)
 

@@ -4,39 +4,46 @@ from __future__ import annotations
 
 import math
 
+from ros_ik_pkg.ik.collision.proximity import proximity
 from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.linalg import factor, gram
+from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kinematics.forward import fill_columns, walk
 from ros_ik_pkg.ik.kinematics.task import shape_columns
 from ros_ik_pkg.ik.step.methods import diagonal
 
-NONE, POSTURE, LIMITS, MANIPULABILITY = range(4)
+NONE, POSTURE, LIMITS, MANIPULABILITY, CLEARANCE = range(5)
 SMALL = 1e-5  # rad or m, for first differences
 WIDE = 1e-3  # rad or m, for second differences
 TURN = 2.0 * math.pi
 
 
 @kernel
-def cost(geometry, task, tuning, posture, work):
-    """Return the cost of work.q: what `null_space` makes as small as the task allows.
+def cost(geometry, task, kind, preferences, work):
+    """Return the cost of work.q: what self-motion makes as small as the task allows.
 
     posture: half the square of the distance from the posture; limits: half the sum of squares of the distances from
-    the middle of each range, over half the range; manipulability: -log of it (Yoshikawa 1985) in the task's rows.
+    the middle of each range, over half the range; manipulability: -log of it (Yoshikawa 1985) in the task's rows;
+    clearance: see `collision.proximity`.
     """
-    kind = int(tuning.null_space)
+    if kind == CLEARANCE:
+        nothing = shaped(work.q, 0, (0,))
+        return proximity(preferences.obstruction, work.q, nothing, nothing)[0]
     if kind == MANIPULABILITY:
         return -log_manipulability(geometry, task, work)
     total = 0.0
     for i in range(len(work.q)):
-        gap = gap_of(geometry, kind, posture, work.q, i)
+        gap = gap_of(geometry, kind, preferences.posture, work.q, i)
         total += 0.5 * stiffness(geometry, kind, i) * gap * gap
     return total
 
 
 @kernel
-def downhill(geometry, task, tuning, posture, work):
+def downhill(geometry, task, kind, preferences, work):
     """Write the negative gradient of the cost at work.q to work.null."""
-    kind = int(tuning.null_space)
+    if kind == CLEARANCE:
+        proximity(preferences.obstruction, work.q, shaped(work.q, 0, (0,)), work.null)
+        return
     for i in range(len(work.q)):
         if kind == MANIPULABILITY:
             q = work.q[i]
@@ -48,13 +55,14 @@ def downhill(geometry, task, tuning, posture, work):
             slope = (ahead - behind) / (2.0 * SMALL)
             work.null[i] = slope if abs(slope) < math.inf else 0.0
         else:
-            work.null[i] = stiffness(geometry, kind, i) * gap_of(geometry, kind, posture, work.q, i)
+            work.null[i] = stiffness(geometry, kind, i) * gap_of(geometry, kind, preferences.posture, work.q, i)
 
 
 @kernel
-def curvature(geometry, task, tuning, largest, work):
+def curvature(geometry, task, kind, preferences, largest, work):
     """Return d^T H d for the direction d in work.null, its largest component given, and the Hessian H of the cost."""
-    kind = int(tuning.null_space)
+    if kind == CLEARANCE:
+        return proximity(preferences.obstruction, work.q, work.null, shaped(work.q, 0, (0,)))[1]
     if kind == MANIPULABILITY:
         step = WIDE / largest
         middle = log_manipulability(geometry, task, work)

@@ -11,7 +11,7 @@ import math
 
 from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, judge
 from ros_ik_pkg.ik.descent.descent import largest_component
-from ros_ik_pkg.ik.descent.objectives import cost, curvature, downhill
+from ros_ik_pkg.ik.descent.objectives import CLEARANCE, cost, curvature, downhill
 from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import kernel
@@ -20,6 +20,7 @@ from ros_ik_pkg.ik.kinematics.task import look, within_tolerances
 from ros_ik_pkg.ik.step.limits import pushed_outwards
 
 MOST_STEPS = 60
+MOST_STEPS_OUT = 20  # away from contact
 MOST_LOOSE = 6  # steps without the task holding, before it is mended alone
 LONGEST_STEP = 0.2  # rad or m of one joint: the linear model of the task holds about so far
 ROUNDING = 1e-10  # of a slope: what the projection leaves of one that the task forbids
@@ -29,20 +30,23 @@ DEPENDENT = 1e-9  # length of a row without the part that other rows explain, ov
 
 
 @kernel
-def settle(geometry, task, tuning, preferences, stop_time, attempt, steps, work, recorder):
+def settle(geometry, task, tuning, preferences, escape, stop_time, attempt, steps, work, recorder):
     """Move work.q, a solution, to the least cost that the null space allows; return the steps taken.
 
     Of the iterates that are accepted the one of the least cost is left in work.q, so it can only get better. In all no
-    joint moves further than null_space_step in the null space, if that is above 0.
+    joint moves further than null_space_step in the null space, if that is above 0. `escape`: whether work.q touches and
+    is to move away from contact, whatever null_space says, as far as to the first iterate that is accepted.
     """
-    posture = preferences.posture
     least, left, longest, factor = math.inf, tuning.null_space_step, LONGEST_STEP, 0.0
-    if left <= 0.0:
+    kind, most_steps = int(tuning.null_space), MOST_STEPS
+    if escape:
+        kind, most_steps = CLEARANCE, MOST_STEPS_OUT
+    if escape or left <= 0.0:
         left = math.inf
     k, held, accepted = 0, 0, False
     while True:
-        value = cost(geometry, task, tuning, posture, work)
-        downhill(geometry, task, tuning, posture, work)
+        value = cost(geometry, task, kind, preferences, work)
+        downhill(geometry, task, kind, preferences, work)
         position_error, orientation_error, norm, p = look(geometry, task, work)
         if len(recorder.rows) > 0 and k > 0:
             record(recorder, geometry, attempt, steps + k, position_error, orientation_error, norm, p, work)
@@ -55,10 +59,10 @@ def settle(geometry, task, tuning, preferences, stop_time, attempt, steps, work,
                 assign(work.near, work.q)
             else:
                 longest *= 0.5
-        if k >= MOST_STEPS or not norm < math.inf or passed(stop_time, work.clock):
+        if k >= most_steps or (escape and accepted) or not norm < math.inf or passed(stop_time, work.clock):
             break
         most = min(longest, left) if k - held < MOST_LOOSE else 0.0
-        length, factor = null_step(geometry, task, tuning, posture, most, factor, work)
+        length, factor = null_step(geometry, task, tuning, kind, preferences, most, factor, work)
         if held_now and not length > SETTLED:
             break
         left -= length
@@ -71,7 +75,7 @@ def settle(geometry, task, tuning, preferences, stop_time, attempt, steps, work,
 
 
 @kernel
-def null_step(geometry, task, tuning, posture, longest, before, work):
+def null_step(geometry, task, tuning, kind, preferences, longest, before, work):
     """Write the step to work.dq that mends the error of the task and goes along work.null in its null space; return
     how far the joint that moves most goes there, and that step over the slope; `before` is what it was last time.
     A joint at a limit that would be pushed outwards is left out."""
@@ -82,7 +86,9 @@ def null_step(geometry, task, tuning, posture, longest, before, work):
         project(work.W, rank, work.null)
         if not largest_component(work.null) > ROUNDING * steep:
             work.null[:] = 0.0
-        length, factor = scale(geometry, task, tuning, longest, before, work) if rank < len(work.dq) else (0.0, 0.0)
+        length, factor = 0.0, 0.0
+        if rank < len(work.dq):
+            length, factor = scale(geometry, task, kind, preferences, longest, before, work)
         for i in range(len(work.dq)):
             work.dq[i] += factor * work.null[i]
         if not (tuning.respect_limits > 0.0 and leave_out_pushed(geometry, work)):
@@ -160,7 +166,7 @@ def project(basis, rank, vector):
 
 
 @kernel
-def scale(geometry, task, tuning, longest, before, work):
+def scale(geometry, task, kind, preferences, longest, before, work):
     """Return how far along the slope in work.null the least cost is, but so that no joint goes further than `longest`:
     how far the joint that moves most goes, and that over the slope.
 
@@ -174,7 +180,7 @@ def scale(geometry, task, tuning, longest, before, work):
         largest = max(largest, abs(work.null[i]))
     if not largest > 0.0:
         return 0.0, 0.0
-    bend = curvature(geometry, task, tuning, largest, work) / square
+    bend = curvature(geometry, task, kind, preferences, largest, work) / square
     if before > 0.0 and length > 0.0:
         bend = max(1.0 / before - along / length, LEAST_BEND * bend)
     factor = longest / largest

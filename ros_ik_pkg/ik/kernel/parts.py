@@ -18,8 +18,9 @@ from numba.core.typed_passes import NoPythonBackend
 
 
 def unliteral(argument: Any) -> Any:
-    """Return int64 for the type of an integer constant, and any other type as it is."""
-    return argument.literal_type if isinstance(argument, types.IntegerLiteral) else argument
+    """Return int64 for the type of an integer constant, bool for that of a truth value, any other type as it is."""
+    constant = isinstance(argument, (types.IntegerLiteral, types.BooleanLiteral))
+    return argument.literal_type if constant else argument
 
 
 class PartLibrary(JITCodeLibrary):

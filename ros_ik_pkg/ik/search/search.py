@@ -129,6 +129,11 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             if moved:
                 position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
             verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
+            if verdict == TOUCHING and plan.near_seed:
+                more, verdict, position_error, orientation_error = get_clear(
+                    geometry, task, tuning, preferences, plan, attempts - 1, taken, work, recorder
+                )
+                steps += more
             if verdict == ACCEPTED and int(tuning.choice) == FIRST:
                 assign(solutions.rows[0], work.q)
                 return CONVERGED, steps, attempts, 1, position_error, orientation_error
@@ -187,11 +192,20 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             found = keep_solution(geometry, work.q, rank_solution(work.q, verdict, preferences), solutions, found)
         else:
             status_of_best = DEADLINE if late else UNREACHABLE if plan.hopeless else status_of_best
+    for k in range(touching):
+        if not (found > 0 and solutions.ranks[0] < NOT_ACCEPTED) and not passed(plan.stop_time, work.clock):
+            take_touching(preferences.obstruction, k, work.q)
+            more, verdict, _, _ = get_clear(
+                geometry, task, tuning, preferences, plan, attempts, 0, work, recorder
+            )
+            steps += more
+            if verdict == ACCEPTED:
+                found = keep_solution(geometry, work.q, rank_solution(work.q, verdict, preferences), solutions, found)
     if found > 0 and (solutions.ranks[0] < NOT_ACCEPTED or touching == 0):
         assign(work.q, solutions.rows[0])
         status_of_best = CONVERGED if solutions.ranks[0] < NOT_ACCEPTED else JOINT_JUMP
     elif touching > 0:
-        take_touching(preferences.obstruction, work.q)
+        take_touching(preferences.obstruction, 0, work.q)
         status_of_best = COLLISION
     position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
     return (
@@ -206,10 +220,23 @@ def finish(geometry, task, tuning, preferences, plan, attempt, taken, work, reco
     moved = unwrap(geometry, work.q, preferences.reference)
     steps = 0
     if recorder is not None and int(tuning.null_space) != NONE:
-        steps = settle(geometry, task, tuning, preferences, plan.stop_time, attempt, taken, work, recorder)
+        steps = settle(geometry, task, tuning, preferences, False, plan.stop_time, attempt, taken, work, recorder)
         unwrap(geometry, work.q, preferences.reference)
         moved = True
     return steps, moved
+
+
+@inlined
+def get_clear(geometry, task, tuning, preferences, plan, attempt, taken, work, recorder):
+    """Move work.q, which touches, away from contact by self-motion; return (steps, verdict, position error [m],
+    orientation error [rad])."""
+    steps = 0
+    if recorder is not None:
+        steps = settle(geometry, task, tuning, preferences, True, plan.stop_time, attempt, taken, work, recorder)
+        unwrap(geometry, work.q, preferences.reference)
+    position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
+    verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
+    return steps, verdict, position_error, orientation_error
 
 
 @inlined

@@ -62,10 +62,10 @@ def forget_touching(obstruction):
 
 
 @inlined
-def take_touching(obstruction, q):
-    """Write the nearest configuration that touches to q."""
+def take_touching(obstruction, k, q):
+    """Write the configuration that touches and is the k-th nearest to q."""
     if obstruction is not None:
-        assign(q, obstruction.rows[0])
+        assign(q, obstruction.rows[k])
 
 
 @kernel

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from ros_ik_pkg.ik import Arm, Solution
+from ros_ik_pkg.ik import Arm, Solution, Status
 from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ros.handling.velocity_limiting import travel_time
 from ros_ik_pkg.ros.input.target import Target
@@ -63,6 +64,27 @@ class Result:
     seed: np.ndarray | None = None
     command: Command | None = None
     service: str = ''
+    least_clearance: float | None = None  # as `clearance` found it
+
+    @property
+    def clearance(self) -> float:
+        """Distance from contact of the configuration that was found [m]: by coal if it touches, else a lower bound,
+        computed in microseconds when it is first asked for. NaN if contact did not count."""
+        if self.least_clearance is None:
+            room = self.room
+            if room is None:
+                self.least_clearance = math.nan
+            elif self.solution.status == Status.COLLISION:
+                self.least_clearance = self.solution.clearance
+            else:
+                self.least_clearance = room.least_clearance(self.solution.q)
+        return self.least_clearance
+
+    @property
+    def touching(self) -> tuple[str, ...]:
+        """Names of the two that touch if that is why there is no solution: links, obstacles or 'floor'."""
+        touches = self.room is not None and self.solution.status == Status.COLLISION
+        return self.solution.nearest_links if touches else ()
 
     @property
     def room(self) -> Room | None:

@@ -12,6 +12,7 @@ from ros_ik_pkg.ik.text import list_names
 from ros_ik_pkg.ik.world import Obstacle
 from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.obstacle_markers import ObstacleMarkers
+from ros_ik_pkg.ros.input.planning_scene import SceneObjects
 from ros_ik_pkg.ros.interface.parameters import NO_GROUND, Settings
 
 MOVED = 1e-4  # rad or m; joints outside the chain that move by less have not moved
@@ -22,6 +23,7 @@ class Surroundings:
 
     def __init__(self, joint_states: JointStates) -> None:
         self.markers = ObstacleMarkers()
+        self.scene = SceneObjects()
         self._joint_states = joint_states
         self._files: dict[str, tuple[Obstacle, ...]] = {'': ()}
         self._world: World | None = None
@@ -43,7 +45,8 @@ class Surroundings:
         notes = (f'no position of joint {list_names(missing)} yet: taken at rest for contact',) if missing else ()
         notes, self._said = () if missing == self._said else notes, missing
         floor = None if settings.ground <= NO_GROUND else settings.ground
-        obstacles = (*self._files.get(settings.obstacles_file, ()), *self.markers.current())
+        file = self._files.get(settings.obstacles_file, ())
+        obstacles = (*file, *self.markers.current(), *self.scene.current())
         positions = np.array(list(found.values()))
         world = self._world
         same = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time as Stamp
@@ -146,13 +147,17 @@ class TargetHandler:
 
     def take_obstacles(self, message: MarkerArray) -> list[str]:
         """Take the obstacles of a message; return why some are left aside."""
+        return self.surroundings.markers.take(message, self.base_from_header)
 
-        def place(header: Header) -> np.ndarray:
-            if self.arm is None:
-                raise RefusedError('no_robot', self._awaited())
-            return self.base_from_frame(header.frame_id, header.stamp, self.arm)[0]
+    def take_scene(self, message: Any) -> list[str]:
+        """Take what MoveIt's messages say of the room; return why some of it is left aside."""
+        links = self.arm.frame_names if self.arm is not None else ()
+        return self.surroundings.scene.take(message, self.base_from_header, links)
 
-        return self.surroundings.markers.take(message, place)
+    def base_from_header(self, header: Header) -> np.ndarray:
+        """Return the pose (4, 4) of the frame of a header in the base frame; raise RefusedError if it is not known."""
+        arm = self.require_arm()
+        return self.base_from_frame(header.frame_id, header.stamp, arm)[0]
 
     def refuse_stale(self, sec: int, nanosec: int, limit: float, what: str, parameter: str) -> None:
         """Refuse a message whose stamp is further than `limit` [s] from now, 0 for no limit; a stamp of 0 is now."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -51,6 +52,23 @@ class Topic:
         return self.name if self.name.startswith('/') else f'{node.rpartition("/")[0]}/{self.name}'
 
 
+SCENE = {
+    'planning_scene': ('PlanningScene', 'obstacles and held objects, as MoveIt has them'),
+    'collision_object': ('CollisionObject', 'one obstacle, as MoveIt has it'),
+    'attached_collision_object': ('AttachedCollisionObject', 'one held object, as MoveIt has it'),
+}
+
+
+def _planning_scene_topics() -> tuple[Topic, ...]:
+    """Return the topics of MoveIt's planning scene whose messages are installed: none without moveit_msgs."""
+    try:
+        messages = import_module('moveit_msgs.msg')
+    except ImportError:
+        return ()
+    return tuple(Topic(name, getattr(messages, kind), 'in', text, 100)
+                 for name, (kind, text) in SCENE.items() if hasattr(messages, kind))
+
+
 TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
 FIRST_TARGET_POSE = Topic(
     'first_target_pose', PoseStamped, 'in',
@@ -84,6 +102,7 @@ TOOL = Topic(
     latched=True,
 )
 TOOL_POSE = Topic('tool_pose', PoseStamped, 'in', 'the same as a pose in the tip frame', latched=True)
+PLANNING_SCENE_TOPICS = _planning_scene_topics()
 CONTACTS = Topic('~/contacts', MarkerArray, 'out', 'the two nearest points of an answer, red if they touch', depth=10)
 SOLUTION = Topic(
     '~/solution', JointState, 'out', 'answers within tolerance and limits; what else, parameters must ask for', depth=10

@@ -28,6 +28,7 @@ class Health:
     refused: Counter[str] = field(default_factory=Counter)
     latencies: list[float] = field(default_factory=list)  # s, target taken to answer published
     solve_times: list[float] = field(default_factory=list)  # s
+    clearances: list[float] = field(default_factory=list)  # m, of commands, if contact counts
     internal_errors: int = 0
     last_error: str = ''
     last_error_time: float = math.nan  # s, when the target of it came
@@ -39,6 +40,8 @@ class Health:
         self.latencies.append(latency)
         if result.solution is not None:
             self.solve_times.append(result.solution.solve_time)
+            if result.room is not None and result.outcome == SOLVED:
+                self.clearances.append(result.clearance)
         if result.outcome != SOLVED:
             counter = self.failed if result.outcome == FAILED else self.refused
             counter[result.status] += 1
@@ -68,7 +71,7 @@ class Health:
 
     def _begin_period(self) -> None:
         """Forget the figures; the last error stays."""
-        for figures in (self.failed, self.refused, self.latencies, self.solve_times):
+        for figures in (self.failed, self.refused, self.latencies, self.solve_times, self.clearances):
             figures.clear()
         self.internal_errors = 0
 
@@ -109,6 +112,7 @@ class Health:
             'latency_p99': _percentile(self.latencies, 99),
             'solve_time_p50': _percentile(self.solve_times, 50),
             'solve_time_p99': _percentile(self.solve_times, 99),
+            'clearance_min': round(min(self.clearances, default=math.nan), 6),
             'last_error': self.last_error,
             'last_error_age': round(time.monotonic() - self.last_error_time, 3),
         }

@@ -18,6 +18,8 @@ from ros_ik_pkg.ros.handling.result import Command, Result
 from ros_ik_pkg.ros.input.pose import stamp_text
 from ros_ik_pkg.ros.servo.limiter import Motion
 
+CLEARANCE = 'clearance'  # the column [m]
+
 
 def positions_of(command: Command) -> array[float]:
     """Return joint positions [rad, m] as messages hold them."""
@@ -74,12 +76,14 @@ def commands_message(result: Result) -> Float64MultiArray:
 
 
 def trace_message(result: Result, trace: Trace, method: str, run: str) -> Float64MultiArray:
-    """Return a trace as a matrix: TRACE_COLUMNS, then the joint positions.
+    """Return a trace as a matrix: TRACE_COLUMNS, then the joint positions; if contact counts, CLEARANCE last.
 
     The labels name the columns, and say whose rows they are: the method, the stamp of the target, and
     the run, `solve` or `comparison`.
     """
     matrix = np.hstack([trace.rows, trace.joint_positions])
+    if result.room is not None:  # a lower bound
+        matrix = np.column_stack([matrix, result.room.least_clearances(trace.joint_positions)])
     rows, columns = matrix.shape
     message = Float64MultiArray(data=array('d', matrix.tobytes()))
     message.layout.dim = [
@@ -96,7 +100,7 @@ def rows_label(result: Result, method: str, run: str) -> str:
 
 def trace_labels(result: Result) -> tuple[str, ...]:
     """Names of the columns of the trace message."""
-    return (*TRACE_COLUMNS, *result.arm.joint_names)
+    return (*TRACE_COLUMNS, *result.arm.joint_names, *(() if result.room is None else (CLEARANCE,)))
 
 
 def path_message(result: Result) -> Path:

@@ -74,8 +74,16 @@ def _figures(result: Result) -> dict[str, Any]:
         'joint_distance': solution.joint_distance,
         'sigma_min': solution.sigma_min,
         'joints_at_limits': ' '.join(names[i] for i in solution.joints_at_limits),
-        **({} if solution.room is None else {'clearance': solution.room.least_clearance(solution.q)}),
+        **({} if solution.room is None else _contact_figures(result)),
     }
+
+
+def _contact_figures(result: Result) -> dict[str, Any]:
+    """Return the clearance; if contact is why there is no solution, what touches and the least bad configuration."""
+    if not result.touching:
+        return {'clearance': result.clearance}
+    least_bad = ' '.join(str(value) for value in result.solution.q.tolist())
+    return {'clearance': result.clearance, 'touching': ', '.join(result.touching), 'least_bad': least_bad}
 
 
 def _command_figures(result: Result) -> dict[str, Any]:

@@ -9,9 +9,9 @@ from bench.published_robots import PANDA, UR5, XARM7, UrdfJudge, configurations,
 from ros_ik_pkg.ik import Obstacle, SolveOptions, Status, World, load_arm, solve, solve_batch
 from ros_ik_pkg.ik.collision.scene import contacts_of
 from ros_ik_pkg.ik.model.transforms import transform
-from ros_ik_pkg.ik.solver import GRAZING
 
 COUNT = 400
+NEARLY = 1e-4  # m
 CALM = SolveOptions(deadline=10.0)
 OFF = SolveOptions(deadline=10.0, avoid_collisions=False)
 
@@ -107,7 +107,7 @@ def test_where_every_answer_touches_the_failure_says_so():
 
 
 def test_a_lone_descent_that_touches_is_no_answer():
-    arm = load_arm(XARM7[0], srdf=XARM7[1])
+    arm = load_arm(UR5[0], tip=UR5[2], srdf=UR5[1])  # without self-motion that leads out of it
     q = configurations(arm, 500, seed=1)
     q = next(row for row in q if not arm.contacts.is_clear(row))
     lone = SolveOptions(max_attempts=1, deadline=10.0)
@@ -115,7 +115,7 @@ def test_a_lone_descent_that_touches_is_no_answer():
 
 
 def test_what_the_bound_is_not_sure_of_coal_decides():
-    arm = load_arm(XARM7[0], srdf=XARM7[1])
+    arm = load_arm(UR5[0], tip=UR5[2], srdf=UR5[1])
     room = arm.contacts.room()
     q = configurations(arm, 30000, seed=2)
     suspects = q[contacts_of(room.packed, q, 0.0) >= 0]
@@ -126,8 +126,8 @@ def test_what_the_bound_is_not_sure_of_coal_decides():
     for row in unsure[:20]:
         solution = solve(arm, arm.forward(row), row, lone)
         clearance = room.look(row).clearance
-        assert solution.converged or clearance < 2.0 * GRAZING  # what only just clears counts as contact
-        assert not solution.converged or clearance > 0.5 * GRAZING
+        assert solution.converged or clearance < 2.0 * NEARLY  # the answer is a little beside the row
+        assert not solution.converged or clearance > 0.0
         taken += solution.converged
         if solution.converged:
             assert np.allclose(solution.q, row, atol=1e-3) and solution.position_error <= 1e-5
@@ -154,4 +154,4 @@ def test_triangles_allow_what_hulls_do_not():
     for row in between[:5]:
         lone = SolveOptions(max_attempts=1, deadline=10.0, collision_geometry='mesh')
         solution = solve(arm, arm.forward(row), row, lone)
-        assert solution.converged == (room.look(row, True).clearance > GRAZING)
+        assert solution.converged == (room.look(row, True).clearance > NEARLY)
