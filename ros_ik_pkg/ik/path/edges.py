@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
-from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, unpack_model
+from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, tuning_of, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kinematics.pose_error import difference, rotation_log
@@ -21,7 +21,6 @@ from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows
 MOST_PARTS = 64
 UNEVEN = 3.0  # one part may take this many times an equal share of the joint step
 SMALL_ANGLE = 1e-8  # rad
-TASK_FRAME = 15  # place of Tuning.task_frame
 
 
 @inlined
@@ -42,7 +41,7 @@ def rotation_vectors(poses):
 
 @kernel
 def _write_rotation_vectors(poses, out):
-    """Do what rotation_vectors says."""
+    """Implement `rotation_vectors`."""
     for k in range(len(out)):
         a, b = shaped(poses, 16 * k, (4, 4)), shaped(poses, 16 * k + 16, (4, 4))
         out[k, 0], out[k, 1], out[k, 2] = rotation_log(difference(rows_of(b), rows_of(a)))
@@ -86,7 +85,7 @@ def on_line(model, numbers, pose, q, tolerance, angle_tolerance, memory):
     nothing = shaped(memory, 0, (0, 0))
     work, _, _ = make_records(model, buffer, shaped(memory, 0, (0,)).view(np.float32), integers, nothing)
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
-    task = make_task(pose, weights, tolerances, numbers[TASK_FRAME])
+    task = make_task(pose, weights, tolerances, tuning_of(numbers).task_frame)
     assign(work.weights, weights)
     assign(work.q, q)
     position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)

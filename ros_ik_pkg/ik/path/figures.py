@@ -6,11 +6,11 @@ import numpy as np
 
 from ros_ik_pkg.ik.descent.recorder import singular_figures
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
-from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, unpack_model
+from ros_ik_pkg.ik.kernel.data_layout import TUNABLES, buffer_size, make_records, tuning_of, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kinematics.task import look, look_at_error, make_task
-from ros_ik_pkg.ik.path.edges import TASK_FRAME, pose_between
+from ros_ik_pkg.ik.path.edges import pose_between
 from ros_ik_pkg.ik.path.timing import quintic
 
 PLACES = 4  # parts of an interval at whose ends the tip is compared with its line
@@ -27,7 +27,7 @@ def pose_figures(model, numbers, poses, q):
 
 @kernel
 def _pose_figures(model, numbers, poses, q, out, memory):
-    """Do what pose_figures says."""
+    """Implement `pose_figures`."""
     geometry, _, _ = unpack_model(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (buffer_size(model),))
     work, recorder, _ = make_records(
@@ -35,7 +35,7 @@ def _pose_figures(model, numbers, poses, q, out, memory):
     )
     weights, tolerances = shaped(numbers, TUNABLES, (6,)), shaped(numbers, TUNABLES + 6, (6,))
     for k in range(len(q)):
-        task = make_task(shaped(poses, 16 * k, (4, 4)), weights, tolerances, numbers[TASK_FRAME])
+        task = make_task(shaped(poses, 16 * k, (4, 4)), weights, tolerances, tuning_of(numbers).task_frame)
         assign(work.weights, weights)
         assign(work.q, q[k])
         out[k, 0], out[k, 1], _, _ = look(geometry, task, work)
@@ -53,7 +53,7 @@ def line_errors(model, numbers, poses, turns, q, durations, v, a):
 
 @kernel
 def _line_errors(model, numbers, poses, turns, q, durations, v, a, out, memory):
-    """Do what line_errors says: the line is compared at the place that is nearest to the tip."""
+    """Implement `line_errors`: the line is compared at the place that is nearest to the tip."""
     geometry, _, _ = unpack_model(model)
     n, size = q.shape[1], buffer_size(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (size,))
@@ -77,7 +77,7 @@ def _line_errors(model, numbers, poses, turns, q, durations, v, a, out, memory):
             fraction = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
             for step in range(NEAREST_STEPS):
                 pose_between(poses, turns, k, fraction, pose)
-                task = make_task(pose, weights, tolerances, numbers[TASK_FRAME])
+                task = make_task(pose, weights, tolerances, tuning_of(numbers).task_frame)
                 assign(work.weights, weights)
                 position_error, orientation_error, _, _, p = look_at_error(geometry, task, work)
                 if not length > 0.0 or step == NEAREST_STEPS - 1:

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ros_ik_pkg.ik.arm import Arm
-from ros_ik_pkg.ik.kernel.data_layout import HEADER, Tuning
+from ros_ik_pkg.ik.kernel.data_layout import GEOMETRY_JOINTS, HEADER, Tuning
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.path.candidates import find_candidates, normalise
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, count_parts, cut_edges, rotation_vectors
@@ -72,7 +72,7 @@ class Problem:
     def model(self) -> np.ndarray:
         """The packed arm, without limits of joints that may turn round: a branch goes on beyond them."""
         packed, n, joints = self.arm.packed.copy(), self.arm.n, len(self.arm.prismatic)
-        first = HEADER + 12 * (joints + 1) + 4 * joints
+        first = HEADER + 12 * (joints + 1) + GEOMETRY_JOINTS * joints
         free = self.arm.wraps != 0
         packed[first : first + n][free] = -np.inf
         packed[first + n : first + 2 * n][free] = np.inf

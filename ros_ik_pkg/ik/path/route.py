@@ -128,7 +128,7 @@ def _forward(
 
 @kernel
 def within(q, upper, wraps, digits):
-    """Return whether q with so many turns added is within the upper limits; to the lower ones it is by `normalise`."""
+    """Return whether q with these turns added is within the upper limits; `normalise` keeps the lower ones."""
     for j in range(len(q)):
         if wraps[j] and q[j] + TURN * digits[j] > upper[j]:
             return False
