@@ -89,7 +89,7 @@ class Arm:
 
     @cached_property
     def contacts(self) -> Contacts:
-        """What of the robot can touch; its shapes are loaded at the first use."""
+        """The shapes of the robot for contact, loaded at first use."""
         return Contacts(self.tree, self.model, self.base_frame, self.joint_names, self.home, self.lower, self.upper,
                         self.srdf, self.meshes)
 
@@ -110,14 +110,14 @@ class Arm:
 
     @cached_property
     def packed(self) -> np.ndarray:
-        """The chain, its reach and where searches start, in one flat array (see `records.pack_model`)."""
+        """The chain, its reach and the starts of searches in one flat array (see `data_layout.pack_model`)."""
         reach = make_reach(self.geometry)
         alone = pack_model(self.geometry, reach, np.empty((self.n + 7, 0), np.float32))
         return pack_model(self.geometry, reach, make_starts(self.geometry, alone))
 
     @property
     def starts(self) -> np.ndarray:
-        """Where searches start (see `starts.make_starts`)."""
+        """The starts of searches (see `starts.make_starts`)."""
         return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
 
     def forward(self, q: ArrayLike) -> np.ndarray:
@@ -148,7 +148,7 @@ class Arm:
         Raises
         ------
         ArgumentError
-            Where the frame is unknown or positions are missing or not finite.
+            If the frame is unknown, or positions are missing or not finite.
 
         """
         q = np.zeros(self.model.nq)
@@ -165,7 +165,7 @@ class Arm:
 
     @cached_property
     def _data(self) -> pin.Data:
-        """Workspace of Pinocchio; making it anew takes milliseconds on a humanoid."""
+        """Workspace of Pinocchio, kept because creating it takes milliseconds for a humanoid."""
         return self.model.createData()
 
     def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
@@ -242,7 +242,7 @@ def load_arm(
     Raises
     ------
     ModelError
-        Where the source cannot be found, read or used; the text says what is wrong and where.
+        If the source cannot be found, read or used; the text says what is wrong and where.
 
     """
     if limits not in LIMITS:
