@@ -49,7 +49,7 @@ class Topic:
         return self.name if self.name.startswith('/') else f'{node.rpartition("/")[0]}/{self.name}'
 
 
-TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
+TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'desired pose of the tip; only the newest one waits')
 TARGET_TWIST = Topic(
     'target_twist',
     TwistStamped,
