@@ -25,12 +25,11 @@ class MethodOption:
 
 
 @dataclass(frozen=True)
-class Method:
-    """A step rule.
+class Look:
+    """How plots and the panel show a method; what compiled code is kept under does not depend on it.
 
     Attributes
     ----------
-    name : str
     formula : str
         The step dq as the panel shows it.
     colour, dark_colour : str
@@ -39,6 +38,24 @@ class Method:
         In addition to the colour, so that plots are readable in black and white.
     width : float
         Line width in plots [points].
+
+    """
+
+    formula: str
+    colour: str
+    dark_colour: str
+    dash: Any = '-'
+    width: float = 1.9
+
+
+@dataclass(frozen=True)
+class Method:
+    """A step rule.
+
+    Attributes
+    ----------
+    name : str
+    look : Look
     options : tuple of MethodOption
     damping : callable, optional
         Returns lambda of dq = J^T (J J^T + lambda^2 I)^-1 e for SolveOptions and an error norm; None if the rule is
@@ -53,11 +70,7 @@ class Method:
     """
 
     name: str
-    formula: str
-    colour: str
-    dark_colour: str
-    dash: Any = '-'
-    width: float = 1.9
+    look: Look
     options: tuple[MethodOption, ...] = ()
     damping: Callable[[Any, float], float] | None = None
     step_cap: float = math.inf
@@ -68,20 +81,20 @@ class Method:
 # Colours: the Okabe-Ito palette, safe for colour-blind readers; brighter on dark where it has too little contrast.
 TABLE = (
     Method(
-        'transpose', 'dq = α Jᵀe', '#e69f00', '#e69f00',
+        'transpose', Look('dq = α Jᵀe', '#e69f00', '#e69f00'),
         may_hurry=False, finish_by_lm=False,  # its slow convergence is the lesson
     ),
     Method(
-        'pinv', 'dq = Jᵀ(JJᵀ)⁻¹e', '#cc79a7', '#e08fc0', dash=(0, (5, 1.5)),
+        'pinv', Look('dq = Jᵀ(JJᵀ)⁻¹e', '#cc79a7', '#e08fc0', dash=(0, (5, 1.5))),
         damping=lambda options, error_norm: 0.0,
     ),
     Method(
-        'dls', 'dq = Jᵀ(JJᵀ + λ²I)⁻¹e', '#0072b2', '#6c8cff', dash=(0, (1, 1)),
+        'dls', Look('dq = Jᵀ(JJᵀ + λ²I)⁻¹e', '#0072b2', '#6c8cff', dash=(0, (1, 1))),
         options=(MethodOption('damping', 0.01, 'constant damping lambda', 0.0, 100.0),),
         damping=lambda options, error_norm: options.dls_damping,
     ),
     Method(
-        'adaptive_dls', 'dq = Jᵀ(JJᵀ + λ²I)⁻¹e, λ = max(λ₀, c‖e‖)', '#009e73', '#1fc79a', width=3.0,
+        'adaptive_dls', Look('dq = Jᵀ(JJᵀ + λ²I)⁻¹e, λ = max(λ₀, c‖e‖)', '#009e73', '#1fc79a', width=3.0),
         options=(
             MethodOption('damping', 1e-3, 'smallest damping lambda_0', 0.0, 100.0),
             MethodOption('gain', 0.2, 'damping over error norm, lambda = max(lambda_0, gain |e|)', 0.0, 100.0),
@@ -90,7 +103,8 @@ TABLE = (
         step_cap=0.3,  # that of the notes
     ),
     Method(
-        'sdls', 'dq = clamp(Σᵢ clamp((⟨uᵢ,e⟩/sᵢ) vᵢ, γᵢ), γ)', '#56b4e9', '#56b4e9', dash=(0, (6, 1.5, 1, 1.5)),
+        'sdls',
+        Look('dq = clamp(Σᵢ clamp((⟨uᵢ,e⟩/sᵢ) vᵢ, γᵢ), γ)', '#56b4e9', '#56b4e9', dash=(0, (6, 1.5, 1, 1.5))),
         options=(
             MethodOption(
                 'max_step', math.pi / 4, 'gamma_max, the largest joint step of one iteration', 1e-3, math.pi, 'rad'

@@ -113,17 +113,41 @@ def _couple(rng, elements, sequence, mimics):
     return elements
 
 
-def pinocchio_pose(text, base, tip, positions):
-    """Pose of tip in base by Pinocchio's own URDF parser; joint positions by name, others at zero."""
-    model = pin.buildModelFromXML(text)
+def model_pose(model, base, tip, positions):
+    """Pose (4, 4) of frame tip in frame base of a Pinocchio model; joint positions by name, others at zero."""
     data = model.createData()
-    pin.framesForwardKinematics(model, data, _configuration(model, positions))
-    poses = [data.oMf[model.getFrameId(link, pin.FrameType.BODY)] for link in (base, tip)]
-    return poses[0].actInv(poses[1]).homogeneous
+    pin.framesForwardKinematics(model, data, model_configuration(model, positions))
+    base_from_world, tip_from_world = (data.oMf[model.getFrameId(link, pin.FrameType.BODY)] for link in (base, tip))
+    return base_from_world.actInv(tip_from_world).homogeneous
 
 
-def _configuration(model, positions):
-    """Lay out joint positions as the model wants them: continuous joints as cosine and sine."""
+def pinocchio_pose(text, base, tip, positions):
+    """Pose (4, 4) of tip in base by Pinocchio's own URDF parser."""
+    return model_pose(pin.buildModelFromXML(text), base, tip, positions)
+
+
+def pinocchio_tip(arm, q):
+    """Pose (4, 4) of an arm's tip in its base frame by Pinocchio, mimic joints included."""
+    return model_pose(arm.model, arm.base_frame, arm.tip_frame, joint_positions(arm, q))
+
+
+def pinocchio_jacobian(model, arm, q):
+    """Jacobian (6, n) of an arm in axes of its base by a Pinocchio model, mimic joints by the chain rule."""
+    positions, data = joint_positions(arm, q), model.createData()
+    values = model_configuration(model, positions)
+    base, tip = (model.getFrameId(link, pin.FrameType.BODY) for link in (arm.base_frame, arm.tip_frame))
+    by_joint = pin.computeFrameJacobian(model, data, values, tip, pin.LOCAL_WORLD_ALIGNED)
+    pin.framesForwardKinematics(model, data, values)
+    base_from_world = data.oMf[base].rotation.T
+    jacobian = np.zeros((6, arm.n))
+    for k, name in enumerate(positions):
+        column = by_joint[:, model.joints[model.getJointId(name)].idx_v].reshape(2, 3) @ base_from_world.T
+        jacobian[:, arm.variable[k]] += arm.multiplier[k] * column.ravel()
+    return jacobian
+
+
+def model_configuration(model, positions):
+    """Lay out joint positions as a model wants them: continuous joints as cosine and sine, others at zero."""
     q = pin.neutral(model)
     for name, value in positions.items():
         joint = model.joints[model.getJointId(name)]

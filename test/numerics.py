@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pinocchio as pin
-from chains import joint_positions
+from chains import pinocchio_tip
 from hypothesis import settings
 from hypothesis import strategies as st
 
@@ -25,16 +25,6 @@ get_arm = cache(load_arm)
 
 
 # Judges
-
-
-def pinocchio_tip(arm, q):
-    """Pose of the tip in the base frame by Pinocchio, (4, 4)."""
-    model, data = arm.model, arm.model.createData()
-    positions = joint_positions(arm, q)
-    values = np.array([positions.get(name, 0.0) for name in list(model.names)[1:]])
-    pin.framesForwardKinematics(model, data, values)
-    base, tip = (data.oMf[model.getFrameId(link, pin.FrameType.BODY)] for link in (arm.base_frame, arm.tip_frame))
-    return base.actInv(tip).homogeneous
 
 
 def pose_errors(arm, q, target):

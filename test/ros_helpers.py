@@ -23,7 +23,6 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, String
 
-from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.ros.input.target import Target
 from ros_ik_pkg.ros.interface import topics
@@ -216,14 +215,3 @@ def target_of(base_from_tip: np.ndarray, frame: str = '') -> Target:
 def joint_state(names, positions) -> JointState:
     """Return joint positions as a message."""
     return JointState(name=list(names), position=[float(position) for position in positions])
-
-
-def pinocchio_pose(arm: Arm, q) -> np.ndarray:
-    """Return the pose (4, 4) of the tip in the base frame as Pinocchio finds it, joints by name."""
-    values = np.zeros(arm.model.nq)
-    for name, position in zip(arm.joint_names, q):
-        values[arm.model.joints[arm.model.getJointId(name)].idx_q] = position
-    data = arm.model.createData()
-    pin.framesForwardKinematics(arm.model, data, values)
-    base, tip = (data.oMf[arm.model.getFrameId(name)] for name in (arm.base_frame, arm.tip_frame))
-    return base.actInv(tip).homogeneous

@@ -19,7 +19,10 @@ from ros_ik_pkg.tools.domain import own_domain
 from torture.plan import Check, Plan
 from torture.reliability import Reliability
 
-SECTIONS = ('solves', 'messages', 'parameters', 'files', 'load', 'heard', 'faults', 'network', 'servo', 'tools', 'soak')
+SECTIONS = (
+    'solves', 'messages', 'parameters', 'files', 'load', 'heard', 'faults', 'network', 'servo', 'tools', 'soak',
+    'mutants',
+)  # fmt: skip
 REPORT = ROOT / 'docs' / 'reliability.md'
 
 

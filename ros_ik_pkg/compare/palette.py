@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ros_ik_pkg.methods import TABLE
 
-COLOURS = {method.name: method.colour for method in TABLE}
-COLOURS_ON_DARK = {method.name: method.dark_colour for method in TABLE}
+COLOURS = {method.name: method.look.colour for method in TABLE}
+COLOURS_ON_DARK = {method.name: method.look.dark_colour for method in TABLE}
 TARGET = '#d7261e'
 GOOD, BAD = '#2b8a4b', '#d7261e'
 GOOD_ON_DARK, BAD_ON_DARK = '#51cf7f', '#ff7b72'

@@ -63,8 +63,8 @@ def draw(problem: Problem, runs: Sequence[MethodRun]) -> Figure:
 
 def _line_style(run: MethodRun) -> dict[str, Any]:
     """Return the line style of a run, the same in every plot."""
-    method = BY_NAME[run.method]
-    return {'color': method.colour, 'linestyle': method.dash, 'linewidth': method.width, 'label': method.name}
+    look = BY_NAME[run.method].look
+    return {'color': look.colour, 'linestyle': look.dash, 'linewidth': look.width, 'label': run.method}
 
 
 def draw_errors(axes: Axes, runs: Sequence[MethodRun], column: str, label: str) -> None:

@@ -122,7 +122,7 @@ class Arm:
 
     @cached_property
     def contacts(self) -> Contacts:
-        """What of the robot can touch; its shapes are loaded at the first use."""
+        """The shapes of the robot for contact, loaded at first use."""
         if self._origin is not None:
             return self._origin.contacts
         return Contacts(self.tree, self.model, self.base_frame, self.joint_names, self.home, self.lower, self.upper,
@@ -154,7 +154,7 @@ class Arm:
 
     @cached_property
     def packed(self) -> np.ndarray:
-        """The chain, its reach and where searches start, in one flat array (see `records.pack_model`)."""
+        """The chain, its reach and the starts of searches in one flat array (see `data_layout.pack_model`)."""
         origin = self._origin
         if origin is not None:
             moved = np.linalg.solve(origin.tip_from_tool, self.tip_from_tool)
@@ -164,7 +164,7 @@ class Arm:
 
     @property
     def starts(self) -> np.ndarray:
-        """Where searches start (see `starts.make_starts`)."""
+        """The starts of searches (see `starts.make_starts`)."""
         return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
 
     def forward(self, q: ArrayLike) -> np.ndarray:
@@ -195,7 +195,7 @@ class Arm:
         Raises
         ------
         ArgumentError
-            Where the frame is unknown or positions are missing or not finite.
+            If the frame is unknown, or positions are missing or not finite.
 
         """
         if self.tool_frame and frame == self.tool_frame:
@@ -235,7 +235,7 @@ class Arm:
 
     @cached_property
     def _data(self) -> pin.Data:
-        """Workspace of Pinocchio; making it anew takes milliseconds on a humanoid."""
+        """Workspace of Pinocchio, kept because creating it takes milliseconds for a humanoid."""
         return self.model.createData() if self._origin is None else self._origin._data
 
     def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
@@ -312,7 +312,7 @@ def load_arm(
     Raises
     ------
     ModelError
-        Where the source cannot be found, read or used; the text says what is wrong and where.
+        If the source cannot be found, read or used; the text says what is wrong and where.
 
     """
     tree = read_tree(source, xacro_args)

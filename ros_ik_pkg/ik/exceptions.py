@@ -1,11 +1,11 @@
-"""What can be wrong with a model, an option or an argument; a pose out of reach is not an error."""
+"""Errors in a model, an option or an argument; a pose out of reach is not an error."""
 
 
 MAX_TEXT = 4000  # characters
 
 
 class IkError(ValueError):
-    """Base of every error that `ros_ik_pkg.ik` raises on purpose; the text says what was got and expected."""
+    """Base of every error that `ros_ik_pkg.ik` raises on purpose; the text names the value and what was expected."""
 
 
 class ModelError(IkError):

@@ -277,7 +277,7 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
         return np.array([*values, *lists], dtype=np.float64)
 
     def check_lengths(self, joints: int) -> None:
-        """Raise OptionError where a list with a number for each joint is not one for an arm with so many joints."""
+        """Raise OptionError if a list with a number for each joint does not fit the number of joints of the arm."""
         for name in ('joint_weights', 'posture'):
             count = len(getattr(self, name))
             if count not in (0, joints):

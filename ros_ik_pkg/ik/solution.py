@@ -112,7 +112,7 @@ FIGURES = (
 
 
 def _figure(name: str, kind: Any, text: str) -> Any:
-    """Make a property that reads one figure of the row: nobody pays for those that are not asked for."""
+    """Make a property that reads one figure of the row, so that unused figures cost nothing."""
     place = FIGURES.index(name) - len(FIGURES)
     return property(lambda self: kind(self.row[place]), doc=text)
 
@@ -127,7 +127,7 @@ class Solution:
     solutions : (k, n) array or None
         With choice='all' the distinct answers by their distance from the reference, q the first.
     trace : Trace or None
-        Every iterate, where it was asked for.
+        Every iterate, if it was asked for.
     room : contacts.Room or None
         What the arm was kept clear of; None if contact did not count.
 
@@ -156,23 +156,23 @@ class Solution:
 
     @property
     def converged(self) -> bool:
-        """Whether q is an answer, within both tolerances and limits; anything else is the best approach only."""
+        """Whether q is a solution, within tolerances and limits; otherwise it is only the closest approach."""
         return bool(self.row[-len(FIGURES)] == CONVERGED)
 
     @property
     def clearance(self) -> float:
-        """Distance of the two things that are nearest to each other at q [m], by coal; negative if they are in each
-        other, inf if there is nothing to touch, NaN if contact did not count."""
+        """Distance of the nearest two bodies at q [m], by coal; negative if they overlap, inf if there is no pair to
+        check, NaN if contact did not count."""
         return self.contact.clearance if self.room is not None else math.nan
 
     @property
     def nearest_links(self) -> tuple[str, ...]:
-        """Names of those two: links, obstacles or 'floor'."""
+        """Names of the nearest two bodies: links, obstacles or 'floor'."""
         return self.contact.links if self.room is not None else ()
 
     @property
     def contact(self) -> Any:
-        """Those two as a Contact, computed when it is first asked for; only if contact counted."""
+        """The nearest two bodies as a Contact, computed at first use; only if contact counted."""
         if self._contact is None:
             self._contact = self.room.look(self.q)
         return self._contact
@@ -183,15 +183,15 @@ class Solution:
     orientation_error = _figure('orientation_error', float, 'Norm of the orientation rows of the task error [rad].')
     joint_distance = _figure('joint_distance', float, 'Largest ``|q - reference|`` over the joints [rad, m].')
     sigma_min = _figure(
-        'sigma_min', float, 'Smallest singular value of the task Jacobian at q; NaN where the search converged.'
+        'sigma_min', float, 'Smallest singular value of the task Jacobian at q; NaN if the search converged.'
     )
-    limits_mask = _figure('limits_mask', int, 'Number whose bit i is set where joint i sits on a limit.')
+    limits_mask = _figure('limits_mask', int, 'Number whose bit i is set if joint i is at a limit.')
     seed_clipped = _figure('seed_clipped', bool, 'The seed was outside the limits and was brought inside first.')
     solve_time = _figure('solve_time', float, 'Seconds inside the compiled search.')
 
     @property
     def joints_at_limits(self) -> tuple[int, ...]:
-        """Indices of the joints of q that sit on a limit."""
+        """Indices of the joints of q that are at a limit."""
         mask = self.limits_mask
         return tuple(i for i in range(len(self.q)) if mask >> i & 1)
 

@@ -8,19 +8,19 @@ from collections.abc import Iterable
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """Say which known names come close to an unknown one."""
+    """Return the known names that are similar to an unknown one."""
     known = list(known)
     return did_you_mean(name, known) or f'known: {list_names(known)}'
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Ask whether names that come close were meant; empty where none does."""
+    """Return the question whether a similar name was meant; empty if there is none."""
     close = difflib.get_close_matches(name, list(known), n=3, cutoff=0.5)
     return f'did you mean {list_names(close)}?' if close else ''
 
 
 def to_number(text: str) -> float:
-    """Return the finite number that a file means, NaN where it means none; 1_0 is ten in Python alone."""
+    """Return the finite number that a text holds, or NaN; unlike in Python, 1_0 is not a number."""
     try:
         value = math.nan if '_' in text else float(text)
     except ValueError:
@@ -35,5 +35,5 @@ def list_names(names: Iterable[str], most: int = 12) -> str:
 
 
 def shorten(text: str, limit: int = 300) -> str:
-    """Cut a text from outside so that it cannot fill a log or a message."""
+    """Shorten a text from outside so that it cannot fill a log or a message."""
     return text if len(text) <= limit else f'{text[:limit]}... ({len(text)} characters)'

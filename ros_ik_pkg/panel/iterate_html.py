@@ -58,7 +58,7 @@ def _card(iterate: Iterate, method: str, options: SolveOptions, last: bool, text
          f'ΔR <span data-figure="orientation_error">{iterate.orientation_error:.3e}</span> rad'),
         ('jacobian', f'<code>J(q)</code> 6 × {len(iterate.q)}: s = {" ".join(f"{s:.3g}" for s in sigma)}, '
          f's₁/s<sub>{len(sigma)}</sub> = {condition:.3g}'),
-        ('step', f'<code>{BY_NAME[method].formula}</code>{damping}'),
+        ('step', f'<code>{BY_NAME[method].look.formula}</code>{damping}'),
         ('update', f'<code>q ← q + α dq</code>: {texts["largest step"]} {np.abs(iterate.step).max():.3g}, '
          f'‖dq‖ <span data-figure="step_norm">{np.linalg.norm(iterate.step):.3e}</span>; {stop}'),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A client of the IK node: one target out, everything that comes back for it in."""
+"""A client of the IK node: sends a target and returns everything that the node answers to it."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ class NodeError(RuntimeError):
 class IkClient:
     """Talks to the IK node called `name` over its topics and its parameter services.
 
-    The client has a node of its own beside `node`, which it spins while it waits and only then. So its methods may
-    be called from any thread and from callbacks, whoever spins `node`; the calls of several threads take turns.
-    An IK node that was started again is found again.
+    The client has its own node beside `node` and spins it only while it waits. So its methods may be called from any
+    thread and from callbacks, also while another thread spins `node`; calls of several threads take turns.
+    An IK node that is restarted is found again.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ class IkClient:
     with_iterations : bool
         Also collect `~/iterations`, which makes the IK node compute them.
     with_joint_states : bool
-        Also be able to publish joint states; those who only ask need not, nor have the right to.
+        Also create a publisher of joint states, which needs the permission to publish them.
 
     Raises
     ------
     ValueError
-        Where `name` is no name of a node.
+        If `name` is not the name of a node.
 
     """
 
@@ -85,7 +85,7 @@ class IkClient:
         self._pending: dict[tuple[int, int], Reply] = {}
         self._pending_frame = ''
         self._targets = self._publisher(topics.TARGET_POSE)
-        # From the start, so that the node knows it once `connect` is through: what comes before that is lost unseen.
+        # Created here, so that the node knows it when `connect` returns: messages published before that are lost.
         self._joint_states = self._publisher(topics.JOINT_STATES) if with_joint_states else None
         self._subscribe(topics.SOLUTION, self._on_solution)
         self._subscribe(topics.RESULT, self._on_result)
@@ -99,7 +99,7 @@ class IkClient:
         self._closed = False
 
     def __enter__(self) -> IkClient:
-        """Return the client; the end of the `with` closes it."""
+        """Return the client; leaving the `with` block closes it."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -107,7 +107,7 @@ class IkClient:
         self.close()
 
     def close(self) -> None:
-        """Take the client's own node down; `node` stays."""
+        """Destroy the client's own node; `node` stays."""
         if self._closed:
             return
         self._closed = True
@@ -117,7 +117,7 @@ class IkClient:
     def connect(self, timeout: float = DISCOVERY_TIMEOUT) -> None:
         """Wait until messages pass both ways; raises NodeError after `timeout` seconds.
 
-        `solve` needs no call of this; it is for those who want to know early, or to listen to more topics.
+        `solve` does this by itself; call it to learn early whether the node is there, or before using more topics.
         """
         deadline = self._deadline(timeout)
         if self._parameters is None:
@@ -135,24 +135,24 @@ class IkClient:
         self._wait_until(self._targets.get_subscription_count, deadline, 'a subscription of targets')
 
     def solve(self, pose: PoseStamped, timeout: float) -> Reply:
-        """Send a target and wait for what belongs to it.
+        """Send a target and return the node's reply.
 
-        The target goes out under the time of now, whatever stamp `pose` has, and again under a new stamp where
-        nothing came back for a while: it is lost where the node has just been started.
+        The target is stamped with the current time, whatever stamp `pose` has. It is sent again with a new stamp if
+        nothing came back for a while, because a node that has just started may miss it.
 
         Parameters
         ----------
         pose : geometry_msgs.msg.PoseStamped
-            The target, in the frame of its header; empty: the base frame. It is not written to.
+            The target, in the frame of its header; empty: the base frame. It is not modified.
         timeout : float
             Seconds to wait for the node and for its answer, both together.
 
         Raises
         ------
         NodeError
-            Where no answer came, or the client is closed; a target that is refused or cannot be reached is answered.
+            If no answer came, or the client is closed. A target that is refused or cannot be reached has an answer.
         ValueError
-            Where `timeout` is not above 0.
+            If `timeout` is not above 0.
 
         """
         with self._one_call:
@@ -170,13 +170,13 @@ class IkClient:
             return self._whole_reply()
 
     def solve_path(self, path: Path, timeout: float) -> PathReply:
-        """Send a path and wait for its result, and for the motion if it is solved whole.
+        """Send a path and return its result, with the motion if the whole path is solved.
 
         Parameters
         ----------
         path : nav_msgs.msg.Path
             Poses in the frames of their headers, or of the path's header; empty: the base frame. Stamps of poses that
-            differ are times to keep. The path goes out under the time of now; `path` is not written to.
+            differ are times to keep. The path is stamped with the current time; `path` is not modified.
         timeout : float
             Seconds to wait for the node and for its result, both together; the node's own limit is `path.deadline`.
 
@@ -218,7 +218,7 @@ class IkClient:
             self._path_reply = PathReply(message.status[0])
 
     def _whole_path_reply(self) -> bool:
-        """Return whether all came that belongs to the path."""
+        """Return whether everything that belongs to the path has arrived."""
         reply = self._path_reply
         if reply is None or (reply.solved and self._path_motion is None):
             return False
@@ -226,9 +226,9 @@ class IkClient:
         return True
 
     def publish_joints(self, positions: Mapping[str, float]) -> None:
-        """Publish joint positions [rad, m], as a robot does; the first time, wait a little for who listens.
+        """Publish joint positions [rad, m], as a robot does; the first call waits a little for subscribers.
 
-        They have no common order with targets: a target that is sent right after them may be taken before.
+        Their order relative to targets is not kept: a target sent right after them may be handled before them.
         """
         if self._joint_states is None:
             raise TypeError('to publish joint states, make the client with_joint_states=True')
@@ -238,7 +238,7 @@ class IkClient:
         self._joint_states.publish(message)
 
     def parameter(self, name: str) -> Any:
-        """Return the value of a parameter of the node; raises NodeError where it has none of this name."""
+        """Return the value of a parameter of the node; raises NodeError if it has none of this name."""
         value = parameter_value_to_python(self._ask('get_parameters', [name]).values[0])
         if value is None:
             self._refuse_unknown(name)
@@ -246,7 +246,7 @@ class IkClient:
 
     def parameter_type(self, name: str) -> int:
         """Return the type of a parameter, one of rcl_interfaces ParameterType; raises NodeError as `parameter`."""
-        self._refuse_unknown(name)  # first, for not every node answers a question about a name that it does not know
+        self._refuse_unknown(name)  # first, because not every node answers a question about an unknown name
         return self._ask('get_parameter_types', [name]).types[0]
 
     def parameter_names(self) -> Sequence[str]:
@@ -261,7 +261,7 @@ class IkClient:
             raise NodeError(result.reason)
 
     def _refuse_unknown(self, name: str) -> None:
-        """Raise NodeError with all names where the node has no parameter of this one."""
+        """Raise NodeError with all names if the node has no parameter of this name."""
         names = self.parameter_names()
         if name not in names:
             meant = ' '.join(filter(None, [did_you_mean(name, names), 'it has']))
@@ -285,7 +285,7 @@ class IkClient:
             raise NodeError(f'the client of {self.name} is closed; expected a call before close() or in the with block')
 
     def _send(self, pose: PoseStamped) -> float:
-        """Send the pending target under a stamp that was not used before; return the moment [s]."""
+        """Send the pending target with a stamp that was not used before; return the time of sending [s]."""
         sec, nanosec = stamp = self._new_stamp()
         self._pending[stamp] = Reply(stamp)
         header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=pose.header.frame_id)
@@ -293,14 +293,14 @@ class IkClient:
         return time.monotonic()
 
     def _new_stamp(self) -> tuple[int, int]:
-        """Return the time of now [s, ns], or a little more if that stamp was used before."""
+        """Return the current time [s, ns], or a little more if that stamp was used before."""
         now = self._clock.now().nanoseconds - self._stamp_delay
-        # A clock that was set back, or a simulation that began anew, is followed.
+        # A clock that was set back, or a simulation that was restarted, is followed.
         self._newest_stamp = now if now < self._newest_stamp - SECOND else max(self._newest_stamp + 1, now)
         return divmod(self._newest_stamp, SECOND)
 
     def _whole_reply(self) -> Reply | None:
-        """Return the first reply that has all its parts, to any of the stamps that were sent."""
+        """Return the first complete reply to any of the stamps that were sent."""
         return next((reply for reply in self._pending.values() if reply.is_whole(self.with_iterations)), None)
 
     def _on_solution(self, message: JointState) -> None:
@@ -314,7 +314,7 @@ class IkClient:
         self._reply_to(message).iterations = [values(status) for status in message.status]
 
     def _reply_to(self, message: Any) -> Reply:
-        """Find the reply that a message belongs to; other clients' targets get one that nobody reads."""
+        """Return the reply that a message belongs to; replies to other clients' targets are never read."""
         stamp = message.header.stamp.sec, message.header.stamp.nanosec
         return self._pending.get(stamp) or Reply(stamp)
 
@@ -334,7 +334,7 @@ class IkClient:
             raise NodeError(f'{self.name} did not send {what} in time')
 
     def _spin_until(self, condition: Callable[[], object], deadline: float) -> bool:
-        """Take messages until the condition holds or the time is over; return which."""
+        """Handle messages until the condition holds or the time is over; return whether it holds."""
         with self._one_call:
             self._refuse_closed()
             while not condition():

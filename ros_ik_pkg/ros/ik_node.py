@@ -30,7 +30,7 @@ def main(args: list[str] | None = None) -> int:
         # These take a second to import, in which a signal must not end in a traceback.
         from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 
-        # Rules such as target_pose:=/goal are remappings without --ros-args too, but no parameter is set so.
+        # Rules such as target_pose:=/goal are remappings even without --ros-args, but they cannot set parameters.
         unknown = [
             word for word in outside_ros_args((sys.argv if args is None else args)[1:])
             if ':=' not in word or word.partition(':=')[0].lstrip('_') in PARAMETERS
@@ -46,13 +46,13 @@ def main(args: list[str] | None = None) -> int:
 
         return run(IkNode, flag, args)
     except (KeyboardInterrupt, Exception):
-        if flag.stopped:  # inside the compiler an interrupt can come out as another error
+        if flag.stopped:  # inside the compiler an interrupt can surface as another error
             return 0
         raise
 
 
 def outside_ros_args(words: list[str]) -> list[str]:
-    """Return the words of a command line that are in none of its parts from --ros-args to --."""
+    """Return the words of a command line that are outside its sections from --ros-args to --."""
     outside, inside = [], False
     for word in words:
         if word == '--ros-args' or (inside and word == '--'):
@@ -63,7 +63,7 @@ def outside_ros_args(words: list[str]) -> list[str]:
 
 
 def refusal_of(unknown: list[str]) -> str:
-    """Say what to write instead of arguments that are not for ROS, such as `--robot panda` or `robot:=panda`."""
+    """Return what to write instead of arguments that are not for ROS, such as `--robot panda` or `robot:=panda`."""
     name, _, value = unknown[0].lstrip('-_').partition(':=' if ':=' in unknown[0] else '=')
     value = value or (unknown[1] if len(unknown) > 1 and not unknown[1].startswith('-') else 'VALUE')
     return (

@@ -44,7 +44,7 @@ from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
 from ros_ik_pkg.ros.runtime.timers import OneShot, steady_timer
 from ros_ik_pkg.ros.servo.stream import Stream
 
-# s from a solution to all that is said about it: whoever waits for the solution, often with one core left, has it first
+# s from a solution to the reports about it, so that its receiver gets the processor first
 REPORT_DELAY = 0.0005
 LOG_PERIOD = 1.0  # s between log lines of one kind, however fast targets come
 SERVO_PERIOD = 0.05  # s between two messages on ~/servo_status
@@ -212,7 +212,7 @@ class IkNode(Node):
             self.get_logger().warning(f'{what} not solved: {result.reason}', throttle_duration_sec=LOG_PERIOD)
 
     def _arm_for(self, settings: Settings, arm_changes: bool) -> Arm | None:
-        """Return the arm that the settings mean, loaded anew where they change it; raise IkError."""
+        """Return the arm of the settings, reloaded if they change it; raise IkError."""
         arm = self._robot_source.load(settings) if arm_changes else self._handler.arm
         if self._tips.prepare(settings, arm_changes) is None and arm is not None:
             check_lengths(settings, arm, arm_changes)

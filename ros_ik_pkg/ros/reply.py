@@ -1,4 +1,4 @@
-"""What comes back for one target, put together from the messages about it."""
+"""The reply to one target, collected from the messages about it."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ros_ik_pkg.ros.handling.result import NOT_TRACED, NOTHING, STREAM
 
 @dataclass
 class Reply:
-    """What the node said about one target.
+    """Everything that the node published about one target.
 
     Attributes
     ----------
     stamp : (int, int)
         Seconds and nanoseconds of the target that was answered; every message about it carries them.
     status : DiagnosticStatus or None
-        What came on `~/result`.
+        The status on `~/result`.
     joints : dict of str to float
-        Joint positions by name [rad, m], as published; empty where nothing was.
+        Joint positions by name [rad, m], as published; empty if nothing was published.
     iterations : list of dict
-        The figures of every iteration, by name, if the client asked for them; none while
-        the node still compiles what records them.
+        The figures of every iteration, by name, if the client asked for them; empty while
+        the node still compiles the code that records them.
 
     """
 
@@ -35,7 +35,7 @@ class Reply:
 
     @property
     def solved(self) -> bool:
-        """Whether the target was solved; anything else has its reason in `message`."""
+        """Whether the target was solved; if not, `message` has the reason."""
         return self.status is not None and self.status.level == DiagnosticStatus.OK
 
     @property
@@ -57,7 +57,7 @@ class Reply:
         return values(self.status) if self.status else {}
 
     def is_whole(self, with_iterations: bool) -> bool:
-        """Whether all came that belongs to the outcome."""
+        """Whether everything that belongs to the outcome has arrived."""
         figures = self.figures
         lacks_joints = self.published not in (NOTHING, STREAM) and not self.joints
         traced = 'iterations' in figures and NOT_TRACED not in figures.get('notes', '')
@@ -67,14 +67,14 @@ class Reply:
 
 @dataclass
 class PathReply:
-    """What the node said about one path.
+    """Everything that the node published about one path.
 
     Attributes
     ----------
     status : DiagnosticStatus
-        What came on `~/path_result`.
+        The status on `~/path_result`.
     trajectory : JointTrajectory or None
-        The motion; None if the path was not solved whole.
+        The motion; None if the path was not completely solved.
 
     """
 
@@ -83,7 +83,7 @@ class PathReply:
 
     @property
     def solved(self) -> bool:
-        """Whether the whole path was solved; anything else has its reason in `message`."""
+        """Whether the whole path was solved; if not, `message` has the reason."""
         return self.status.level == DiagnosticStatus.OK
 
     @property

@@ -144,6 +144,11 @@ def test_every_stop_reason_of_a_descent_has_a_sentence(status):
     assert describe_run(a_run(status=status)).startswith('pinv ')
 
 
+@pytest.mark.parametrize('status', Status)
+def test_every_stop_reason_is_described_in_the_other_language_too(status):
+    assert status.text not in describe_run(a_run(status=status), 'pl')
+
+
 def test_the_table_is_aligned_and_has_a_row_for_each_method(runs):
     heading, *rows = runs_table(runs).splitlines()
     assert [row.split()[0] for row in rows] == list(METHODS)

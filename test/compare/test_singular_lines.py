@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from ros_helpers import DEFAULTS, TIMEOUT, Client, allow_lark, connected, joint_state, pinocchio_pose, pose_of
+from chains import pinocchio_tip
+from ros_helpers import DEFAULTS, TIMEOUT, Client, allow_lark, connected, joint_state, pose_of
 
 from ros_ik_pkg.ik import load_arm
 
@@ -26,7 +27,7 @@ TURNS = {'through the singularity': 0.0, 'close by': 0.05, 'further off': 0.2}  
 
 def straight_line(turn: float) -> list[np.ndarray]:
     """Return poses (4, 4) on a vertical line; the one in the middle is that of SINGULAR with the tool turned."""
-    middle = pinocchio_pose(ARM, SINGULAR)
+    middle = pinocchio_tip(ARM, SINGULAR)
     middle[:3, :3] = pin.exp3(np.array([0.0, 0.0, turn])) @ middle[:3, :3]
     targets = np.repeat(middle[None], COUNT, axis=0)
     targets[:, 2, 3] += np.linspace(-LENGTH / 2, LENGTH / 2, COUNT)
@@ -35,7 +36,7 @@ def straight_line(turn: float) -> list[np.ndarray]:
 
 def off_by(q: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Return the twist (6,) from the tip at q (n,) to a target (4, 4) [m, rad]."""
-    pose = pinocchio_pose(ARM, q)
+    pose = pinocchio_tip(ARM, q)
     return np.r_[target[:3, 3] - pose[:3, 3], pin.log3(target[:3, :3] @ pose[:3, :3].T)]
 
 

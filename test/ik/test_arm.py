@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
-from chains import chain, flat_pose, joint_positions, joint_xml, pinocchio_pose, random_urdf, urdf
+from chains import chain, flat_pose, joint_positions, joint_xml, pinocchio_jacobian, pinocchio_pose, random_urdf, urdf
 
 from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
@@ -41,17 +41,7 @@ def test_the_jacobian_is_pinocchios(seed):
     rng = np.random.default_rng(300 + seed)
     arm = load_arm(random_urdf(rng, joints=7, mimics=2), 'link2', 'tip')
     q = random_q(arm, rng)
-    positions = joint_positions(arm, q)
-    model, data = arm.model, arm.model.createData()
-    configuration = np.array([positions.get(name, 0.0) for name in list(model.names)[1:]])
-    frames = [model.getFrameId(link, pin.FrameType.BODY) for link in ('link2', 'tip')]
-    by_joint = pin.computeFrameJacobian(model, data, configuration, frames[1], pin.LOCAL_WORLD_ALIGNED)
-    pin.framesForwardKinematics(model, data, configuration)
-    base_from_world = data.oMf[frames[0]].rotation.T
-    expected = np.zeros((6, arm.n))
-    for k, name in enumerate(positions):
-        column = by_joint[:, list(model.names).index(name) - 1].reshape(2, 3) @ base_from_world.T
-        expected[:, arm.variable[k]] += arm.multiplier[k] * column.ravel()
+    expected = pinocchio_jacobian(arm.model, arm, q)
     np.testing.assert_allclose(arm.jacobian(q), expected, atol=EXACT)
 
 

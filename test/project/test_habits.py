@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import yaml
@@ -59,3 +61,10 @@ def test_the_workflow_with_a_full_jazzy_builds_as_the_documents_say():
 def test_an_issue_template_has_a_name_and_a_purpose(path):
     _, header, body = path.read_text().split('---\n', 2)
     assert {'name', 'about'} <= set(yaml.safe_load(header)) and body.strip()
+
+
+def test_every_file_is_under_the_licence_of_the_package():
+    (every_file,) = tomllib.loads((ROOT / 'REUSE.toml').read_text())['annotations']
+    name = ElementTree.parse(ROOT / 'package.xml').findtext('license')
+    assert (every_file['path'], every_file['SPDX-License-Identifier']) == ('**', name)
+    assert (ROOT / 'LICENSES' / f'{name}.txt').read_text() == (ROOT / 'LICENSE').read_text()

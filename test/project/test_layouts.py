@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import yaml
 
+from ros_ik_pkg.methods import TABLE
 from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.output.comparison_messages import FIGURES
 
@@ -46,3 +47,9 @@ def test_every_panel_of_the_foxglove_layout_is_configured():
 def test_plotjuggler_draws_figures_that_the_comparison_has():
     tree = ElementTree.parse(CONFIG / 'plotjuggler' / 'ros_ik_pkg.xml')
     assert {curve.get('name').rpartition('/')[2] for curve in tree.iter('curve')} <= set(FIGURES)
+
+
+def test_plotjuggler_draws_every_method_in_its_colour():
+    for plot in ElementTree.parse(CONFIG / 'plotjuggler' / 'ros_ik_pkg.xml').iter('plot'):
+        curves = {curve.get('name').split(': ')[1].split('/')[0]: curve.get('color') for curve in plot}
+        assert curves == {method.name: method.look.colour for method in TABLE}

@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 import rclpy
+from chains import pinocchio_tip
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from ros_helpers import (
@@ -22,7 +23,6 @@ from ros_helpers import (
     TIMEOUT,
     allow_lark,
     node_process,
-    pinocchio_pose,
     pose_of,
     wait_until_ready,
 )
@@ -54,7 +54,7 @@ def targets(seed, count=20):
 def distance(reply, target):
     """Return how far the tip is from the target [m], by Pinocchio."""
     assert reply.solved, reply.message
-    reached = pinocchio_pose(ARM, [reply.joints[name] for name in ARM.joint_names])
+    reached = pinocchio_tip(ARM, [reply.joints[name] for name in ARM.joint_names])
     return np.linalg.norm(reached[:3, 3] - target[:3, 3])
 
 

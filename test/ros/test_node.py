@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from chains import pinocchio_tip
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros_helpers import (
@@ -22,7 +23,6 @@ from ros_helpers import (
     connected,
     joint_state,
     node_process,
-    pinocchio_pose,
     pose_of,
     seconds_to_end,
     stamp_of,
@@ -85,7 +85,7 @@ def reachable(arm, count, seed=0):
 
 def errors(arm, reply, target):
     """Return distance [m] and angle [rad] of a reply from its target, by Pinocchio."""
-    pose = pinocchio_pose(arm, [reply.joints[name] for name in arm.joint_names])
+    pose = pinocchio_tip(arm, [reply.joints[name] for name in arm.joint_names])
     cosine = (np.trace(target[:3, :3] @ pose[:3, :3].T) - 1.0) / 2.0
     sine = np.linalg.norm(target[:3, :3] - pose[:3, :3]) / np.sqrt(8.0)
     return np.linalg.norm(target[:3, 3] - pose[:3, 3]), np.arctan2(2.0 * sine, 1.0 + cosine)
@@ -121,7 +121,7 @@ def test_the_task_is_what_the_parameters_say(client, arm):
         target = arm.forward(q)
         reply = client.solve(pose_of(target), TIMEOUT)
         assert reply.solved, reply.message
-        pose = pinocchio_pose(arm, [reply.joints[name] for name in arm.joint_names])
+        pose = pinocchio_tip(arm, [reply.joints[name] for name in arm.joint_names])
         along = target[:3, :3].T @ (pose - target)[:3, 3]
         assert np.hypot(*along[:2]) <= 1.1 * POSITION and abs(along[2]) <= 0.02 + POSITION
         assert np.linalg.norm(np.cross(pose[:3, 2], target[:3, 2])) <= 1.1 * ORIENTATION

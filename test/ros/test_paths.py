@@ -6,8 +6,9 @@ import time
 
 import numpy as np
 import pytest
+from chains import pinocchio_tip
 from nav_msgs.msg import Path
-from ros_helpers import TIMEOUT, Client, allow_lark, connected, joint_state, pinocchio_pose, pose_of
+from ros_helpers import TIMEOUT, Client, allow_lark, connected, joint_state, pose_of
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros.interface import topics
@@ -86,7 +87,7 @@ def test_a_path_becomes_a_motion_from_where_the_joints_are(client):
     assert times[0] == 0.0 and (np.diff(times) > 0.0).all() and len(times) == int(reply.figures['points'])
     assert (v[[0, -1]] == 0.0).all() and (a[[0, -1]] == 0.0).all()
     assert (np.abs(v) <= ARM.velocity_limits).all()
-    tips = np.array([pinocchio_pose(ARM, row) for row in q])
+    tips = np.array([pinocchio_tip(ARM, row) for row in q])
     np.testing.assert_allclose(tips[:, :3, :3], np.broadcast_to(tips[0, :3, :3], (len(q), 3, 3)), atol=1e-6)
     np.testing.assert_allclose(tips[:, 0, 3], tips[0, 0, 3], atol=1e-6)
     np.testing.assert_allclose(tips[-1], line(0.1, 0.1)[-1], atol=1e-6)
@@ -149,7 +150,7 @@ def test_poses_may_be_in_different_frames(client):
     path = Path(poses=[pose_of(poses[0]), pose_of(np.linalg.inv(tool) @ poses[1], 'tool0')])
     reply = client.solve_path(path, TIMEOUT)
     assert reply.solved, reply.message
-    np.testing.assert_allclose(pinocchio_pose(ARM, points_of(reply.trajectory)[0][-1]), poses[1], atol=1e-6)
+    np.testing.assert_allclose(pinocchio_tip(ARM, points_of(reply.trajectory)[0][-1]), poses[1], atol=1e-6)
 
 
 def test_a_path_that_breaks_is_partial_and_nothing_is_published(client):

@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pinocchio as pin
 import pytest
+from chains import pinocchio_tip
 from ros_helpers import (
     DEFAULTS,
     TIMEOUT,
@@ -17,7 +18,6 @@ from ros_helpers import (
     connected,
     joint_state,
     node_process,
-    pinocchio_pose,
     pose_of,
     stamp_of,
     wait_until_ready,
@@ -90,7 +90,7 @@ def moved(target: np.ndarray, x: float = 0.0, y: float = 0.0, z: float = 0.0) ->
 
 def distance_from(target: np.ndarray, q: np.ndarray) -> float:
     """Norm of the twist error at q (n,), by Pinocchio."""
-    pose = pinocchio_pose(ARM, q)
+    pose = pinocchio_tip(ARM, q)
     turn = pin.log3(target[:3, :3] @ pose[:3, :3].T)
     return float(np.hypot(np.linalg.norm((target - pose)[:3, 3]), np.linalg.norm(turn)))
 
@@ -150,7 +150,7 @@ def test_velocity_limits_hold_on_every_command_of_a_stream_that_jumps_and_it_arr
             share = re.search(r'; published is a step, (\S+) % of the way there$', reply.message)
             assert float(share[1]) == pytest.approx(100.0 * float(reply.figures['velocity_limited']), rel=1e-2)
         assert 'step' not in replies[-1].message
-        np.testing.assert_allclose(pinocchio_pose(ARM, joints_of(replies[-1])), ARM.forward(goal), atol=TOLERANCE)
+        np.testing.assert_allclose(pinocchio_tip(ARM, joints_of(replies[-1])), ARM.forward(goal), atol=TOLERANCE)
     assert len(client.published) > 2 * len(goals)  # more targets than jumps: each was a way, not a leap
     assert_velocity_limits_hold(client, scale * ARM.velocity_limits)
 
@@ -172,7 +172,7 @@ def test_a_limited_step_counts_from_the_joint_state_where_seeds_come_from_there(
         reply, q = client.step(target)
         assert (np.abs(q - START) <= ARM.velocity_limits * MAX_STEP_TIME + ROUNDING).all()
         published = [float(reply.figures[f'published_{half}_error']) for half in ('position', 'orientation')]
-        assert published[0] == pytest.approx(np.linalg.norm((pinocchio_pose(ARM, q) - target)[:3, 3]))
+        assert published[0] == pytest.approx(np.linalg.norm((pinocchio_tip(ARM, q) - target)[:3, 3]))
         assert float(reply.figures['position_error']) < 1e-5 < published[0]
 
 
@@ -251,7 +251,7 @@ def test_out_of_reach_the_closest_approach_is_published_where_asked_for_and_mark
             continue
         assert (reply.figures['outcome'], reply.figures['published']) == ('failed', 'closest')
         errors.append(float(reply.figures['published_position_error']))
-        assert errors[-1] == pytest.approx(np.linalg.norm((pinocchio_pose(ARM, q) - goal)[:3, 3]), abs=1e-9)
+        assert errors[-1] == pytest.approx(np.linalg.norm((pinocchio_tip(ARM, q) - goal)[:3, 3]), abs=1e-9)
         # The search looks at other postures too; in this one no small step comes nearer.
         near = [np.clip(q + step, ARM.lower, ARM.upper) for step in SMALL_STEP * np.vstack([np.eye(6), -np.eye(6)])]
         assert min(distance_from(goal, other) for other in near) > distance_from(goal, q) - NEARLY

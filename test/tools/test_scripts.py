@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from ros_ik_pkg.methods import METHODS
 from ros_ik_pkg.tools import demo, path, send_path, send_target, set_param, teleop
 
 pytestmark = pytest.mark.once
@@ -53,6 +54,13 @@ def test_help_comes_at_once_and_without_an_environment(script, tmp_path):
 def test_help_of_a_script_names_every_option_of_its_program(name):
     options = set(re.findall(r'--[a-z-]+', PROGRAMS[name].arguments().format_help())) - {'--help'}
     assert options <= set(re.findall(r'--[a-z-]+', (ROOT / 'scripts' / name).read_text()))
+
+
+@pytest.mark.parametrize('script', ['bench', 'compare', 'run'])
+def test_help_of_a_script_names_the_methods_of_the_table(script):
+    text = (ROOT / 'scripts' / script).read_text()
+    (line,) = re.findall(r'^#   --methods?\b(?! transpose\|)(.*transpose.*)$', text, re.MULTILINE)
+    assert [word for word in re.findall(r'\w+', line) if word in METHODS or word.endswith('dls')] == list(METHODS)
 
 
 def test_run_refuses_an_argument_it_does_not_know():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import os
 import signal
@@ -22,10 +23,12 @@ from bench.judge import Judge
 from ros_ik_pkg.ik import load_arm
 from torture import __main__ as command
 from torture import files, habitats, load, messages, network, parameters, reliability, soak, solves, tools
+from torture import mutants as mutants_module
 from torture import peer as peer_module
 from torture.cable import CLEAR, CUT, Cable, Weather
 from torture.hostile import HOSTILE
 from torture.loader import Loader
+from torture.mutants import SURVIVED, mutants_of
 from torture.peer import connected
 from torture.place import names_a_place
 from torture.plan import Check, Plan, skipped
@@ -444,6 +447,45 @@ def test_the_help_names_every_section_and_option():
     assert all(f'#   {section} ' in help_text for section in command.SECTIONS)
     assert all(option in help_text for option in ('--seed', '--count', '--minutes', '--group', '--output'))
     assert {f'{name}.py' for name in command.SECTIONS} <= set(os.listdir(command.ROOT / 'torture'))
+
+
+CODE = """LIMIT = 3
+
+def f(q, limit):
+    total = 0.5
+    for i in range(len(q)):
+        if q[i] < limit and not q[i] == -limit:
+            total += q[i] * 2.0
+            clip(q)
+    return min(total, limit)
+"""
+
+
+def test_a_mutant_is_one_change_of_a_line_in_a_function():
+    mutants = list(mutants_of('a.py', CODE))
+    changed = {mutant.words[1] for mutant in mutants}
+    assert {
+        'total = 1.0', 'if q[i] <= limit and not q[i] == -limit:', 'if q[i] < limit or not q[i] == -limit:',
+        'if q[i] < limit and q[i] == -limit:', 'if q[i] < limit and not q[i] != -limit:',
+        'if q[i] < limit and not q[i] == limit:', 'total -= q[i] * 2.0', 'total += q[i] / 2.0', 'total += q[i] * 4.0',
+        'pass', 'return max(total, limit)',
+    } == changed  # fmt: skip
+    assert len(mutants) == len(changed)
+    for mutant in mutants:
+        ast.parse(mutant.change())
+        lines = zip(CODE.splitlines(), mutant.change().splitlines(), strict=True)
+        assert [k + 1 for k, (before, after) in enumerate(lines) if before != after] == [mutant.line]
+
+
+def test_a_mutant_that_no_test_notices_is_a_finding_unless_it_is_known_to_compute_the_same(monkeypatch):
+    mutants = list(mutants_of('a.py', CODE))[:3]
+    outcomes = {mutants[0]: 'test_x', mutants[1]: SURVIVED, mutants[2]: SURVIVED, None: SURVIVED}
+    monkeypatch.setattr(mutants_module, 'find_mutants', lambda root: list(mutants))
+    monkeypatch.setattr(mutants_module, 'judge', lambda scratch, limit, mutant: outcomes[mutant])
+    monkeypatch.setattr(mutants_module, 'EQUAL', {mutants[2].words: 'nobody sees it'})
+    checks = list(mutants_module.run(Plan(seed=7)))
+    assert checks[1].figure == '1 of 3, drawn from 3 changes'
+    assert sorted(check.fault for check in checks) == ['', '', '', 'no test notices']
 
 
 def test_the_same_seed_makes_the_same_problems():

@@ -129,7 +129,7 @@ def shrink(work, size):
 
 @kernel
 def shrink_tetrahedron(work):
-    """Do what `shrink` says for four points: the nearest of the faces beyond which the origin is counts."""
+    """Implement `shrink` for four points: the nearest of the faces beyond which the origin is counts."""
     nearest, best = math.inf, -1
     for face in range(4):
         i, j, k, opposite = face_of(face)

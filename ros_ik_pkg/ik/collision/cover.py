@@ -91,7 +91,7 @@ def reduce_points(vertices, chosen, count, few, gaps):
 
 @kernel
 def _reduce(vertices, chosen, count, few, gaps, pose, work, out, guess):
-    """Do what `reduce_points` says."""
+    """Implement `reduce_points`."""
     coarse = 0.0
     for k in range(count):
         copy_point(vertices, chosen[k], few, k)

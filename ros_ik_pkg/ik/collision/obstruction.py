@@ -59,6 +59,6 @@ def touches(obstruction, margin, q):
 
 @kernel
 def in_contact(packed, memory, margin, q):
-    """Do what `touches` says."""
+    """Implement `touches`."""
     scene = unpack_scene(packed)
     return first_contact(scene, q, margin, cut_placed(scene, memory)) >= 0

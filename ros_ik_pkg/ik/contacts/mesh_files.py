@@ -91,7 +91,7 @@ def read_hulls(path: Path) -> tuple[Hull, ...]:
             with np.load(kept) as parts:
                 return tuple(Hull(parts[name], float(parts['slack'])) for name in parts.files if name != 'slack')
     except (OSError, ValueError, KeyError, BadZipFile):
-        pass  # broken: made anew
+        pass  # broken: create it again
     hulls = make_hulls(_read_mesh(path), str(path))
     if kept is not None:
         _keep(kept, hulls)

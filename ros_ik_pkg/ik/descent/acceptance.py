@@ -1,6 +1,6 @@
-"""The one place that says what a solution must fulfil; searches and self-motion ask it.
+"""The conditions of a solution, in one place; searches and self-motion use it.
 
-Joint limits are not looked at again: whatever moves work.q ends within them (`limits.py`, `descent.update`).
+Joint limits are not checked again: every function that moves work.q keeps them (`limits.py`, `descent.update`).
 """
 
 from __future__ import annotations

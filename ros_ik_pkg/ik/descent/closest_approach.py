@@ -29,7 +29,7 @@ LONGEST_STEP = 0.5  # rad or m of one joint
 
 @kernel
 def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
-    """Bring work.q nearer to the target until it gets no nearer; return the steps taken."""
+    """Reduce the error at work.q until it falls no further; return the number of steps."""
     nearest, damping, idle, k = math.inf, FIRST_DAMPING, 0, 0
     while True:
         position_error, orientation_error, norm, p = look(geometry, task, work)

@@ -33,9 +33,9 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
     """Descend from work.q; return (status, steps, position error [m], orientation error [rad], norm, nearest).
 
     The figures belong to the q that is left in work.q; the iterate with the smallest error norm, `nearest`, is left
-    in work.near. `cap` is the longest step of a joint [rad or m]. The attempt is given up when the error norm does not
-    fall below `progress` times its mark within `patience` steps. At iterate `pause` it returns PAUSED where the error
-    is still FAR; called again with `first` = `pause` it goes on.
+    in work.near. `cap` is the longest step of a joint [rad or m]. The attempt is given up if the error norm does not
+    fall below `progress` times its mark within `patience` steps. At iterate `pause` it returns PAUSED if the error
+    is still FAR; called again with `first` = `pause` it continues.
 
     A start that is within tolerance is refined by one step, so that targets which move by less than the tolerance are
     followed. If the step brings the tip no nearer it is taken back.
@@ -104,7 +104,7 @@ def take_back(work):
 
 @inlined
 def largest_component(dq):
-    """Return max |dq_i|; no finite number where a component is none."""
+    """Return max |dq_i|, or a non-finite value if any component is NaN or infinite."""
     largest, total = 0.0, 0.0
     for i in range(len(dq)):
         largest = max(largest, abs(dq[i]))

@@ -13,8 +13,8 @@ from numba.np.arrayobj import populate_array
 def shaped(_typing, array, start, shape):
     """Return a view of a contiguous array's numbers from the one at `start` on, in the given shape.
 
-    Slices and `reshape` do the same and check every bound, which takes ten times as long; here the caller knows. The
-    view does not keep its memory alive: for use in kernels only.
+    Slices and `reshape` do the same but check every bound, which takes ten times as long; here the caller guarantees
+    them. The view does not keep its memory alive: for use in kernels only.
     """
     view = types.Array(array.dtype, len(shape), 'C')
 
@@ -39,7 +39,7 @@ def shaped(_typing, array, start, shape):
 
 @intrinsic
 def on_stack(_typing, count):
-    """Return uninitialised room for so many float64 that lasts until the function returns; not for loops."""
+    """Return uninitialised memory for `count` float64; it lasts until the function returns. Not for loops."""
     view = types.Array(types.float64, 1, 'C')
 
     def build(context, builder, signature, arguments):

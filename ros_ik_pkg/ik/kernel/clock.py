@@ -21,5 +21,5 @@ def now(clock):
 
 @inlined
 def passed(stop_time, clock):
-    """Return whether it is later than `stop_time` [s], which may be infinite: then nobody looks at the clock."""
+    """Return whether it is later than `stop_time` [s]; if that is infinite, the clock is not read."""
     return stop_time < math.inf and now(clock) > stop_time

@@ -1,8 +1,8 @@
 """The decorators for compiled functions, so that all share the same arithmetic and the same cache.
 
-Numba looks only at the file of a function to tell whether its cached code is still right, but code of this package
-is inlined across files. So the cache lives in a folder named after all that the compiled code depends on: a change of
-it makes a new folder, and an installation that cannot be written to is cached too.
+Numba checks only the file of a function to decide whether its cached code is valid, but code of this package is
+inlined across files. So the cache is a folder named after everything that the compiled code depends on: any change
+makes a new folder, and code of a read-only installation is cached too.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ Function = TypeVar('Function', bound=Callable[..., Any])
 
 
 def cache_folder() -> Path | None:
-    """Return the folder for compiled code, None if there is none: then it lives in memory only.
+    """Return the folder for compiled code; None if there is none, and code is kept in memory only.
 
     It is below $NUMBA_CACHE_DIR, else $XDG_CACHE_HOME, else ~/.cache, and is named after what the code depends on, so
-    that a clone, a workspace and an installed package share one. One that cannot be written to is read.
+    that a clone, a workspace and an installed package share it. A folder that is not writable is still read.
     """
     root = os.environ.get('NUMBA_CACHE_DIR') or os.environ.get('XDG_CACHE_HOME') or '~/.cache'
     try:
@@ -44,7 +44,7 @@ def cache_folder() -> Path | None:
 
 
 def is_writable(folder: Path) -> bool:
-    """Return whether a file can be written to a folder; permissions alone do not say so of a full disk."""
+    """Return whether a file can be written to a folder; permissions alone do not show a full disk."""
     try:
         with tempfile.TemporaryFile(dir=folder) as probe:
             probe.write(bytes(4096))
@@ -69,19 +69,22 @@ def count_functions() -> int:
 
 
 def _imported_files(path: Path, top: Path) -> set[Path]:
-    """Return the files below `top` from which a file imports, read off its text."""
+    """Return the files below `top` from which a file imports, judged by its text."""
     modules = re.findall(rf'^from {PACKAGE.replace(".", "[.]")}[.]([\w.]+) import', path.read_text(), re.MULTILINE)
     return {top / (module.replace('.', '/') + '.py') for module in modules}
 
 
 def digest_of_sources(paths: Iterable[Path]) -> str:
-    """Return a name for what these files compile to: comments, docstrings and places do not count, releases do."""
+    """Return a name for what these files compile to: releases of the compiler count; comments, docstrings, places and
+    the looks of methods do not."""
     digest = hashlib.sha256(f'{numba.__version__} {llvmlite.__version__} {bool(WHY_PLAIN)}'.encode())
     for path in paths:
         tree = ast.parse(path.read_bytes())
         for node in ast.walk(tree):
             if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(node) is not None:
                 del node.body[0]
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == 'Look':
+                node.args, node.keywords = [], []
         digest.update(f'{path.name} {ast.dump(tree)}'.encode())
     return digest.hexdigest()[:16]
 
@@ -103,15 +106,15 @@ def _njit(function: Callable[..., Any], **options: Any) -> Any:
 
 
 def compiled(function: Function, **options: Any) -> Function:
-    """Decorate what Python enters by: it may allocate."""
-    dispatcher: Any = _njit(function, **{'forceinline': False, **options})  # said in any case: else taken from callers
+    """Decorate a function that Python calls; it may allocate."""
+    dispatcher: Any = _njit(function, **{'forceinline': False, **options})  # else callers decide
     if CACHE_FOLDER is not None:
         _enable_cache(dispatcher, CACHE_FOLDER)
     return dispatcher
 
 
 def _enable_cache(dispatcher: Any, folder: Path) -> None:
-    """Let a function be kept in a folder, if this Numba keeps functions as others do."""
+    """Cache a function in a folder, if this Numba has the usual cache interface."""
     try:
         from ros_ik_pkg.ik.kernel.disk_cache import cache_in
 
@@ -121,10 +124,10 @@ def _enable_cache(dispatcher: Any, folder: Path) -> None:
 
 
 def _part(function: Function, forceinline: bool) -> Function:
-    """Decorate what compiled functions call. Python can call it too, and then compiles it for itself.
+    """Decorate a function that compiled functions call. If Python calls it, it is compiled separately for that.
 
-    It has no reference counts (atomic instructions, dearer than the arithmetic) and so cannot allocate either, which
-    Numba then refuses to compile.
+    It does not count references (atomic instructions, which cost more than the arithmetic), so it cannot allocate;
+    Numba refuses to compile it if it does.
     """
     if WHY_PLAIN:
         return compiled(function, forceinline=forceinline)
@@ -137,7 +140,7 @@ def _part(function: Function, forceinline: bool) -> Function:
 
 
 def kernel(function: Function) -> Function:
-    """Decorate what is called inside the loop."""
+    """Decorate a function that is called inside the loop."""
     return _part(function, forceinline=False)
 
 
@@ -170,9 +173,9 @@ def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
 
 
 def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
-    """Return a decorator as `compiled`, for these types alone: it compiles for no others, but raises TypeError.
+    """Return a decorator like `compiled` for these types only; arguments of other types raise TypeError.
 
-    The types are compiled at the first call, not at import. Whoever calls need not look at what Numba looks at anyway.
+    It compiles at the first call, not at import. Callers need not check types, because Numba does so anyway.
     """
 
     def decorate(function: Function) -> Function:
@@ -183,7 +186,7 @@ def door(result: Any, arguments: list[Any]) -> Callable[[Function], Function]:
 
 
 def _door(dispatcher: Any, types: Any) -> Any:
-    """Let a dispatcher compile for these types, when it is called first, and no others."""
+    """Let a dispatcher compile only for these types, at its first call."""
     once = threading.Lock()
 
     def compile_once(*_: Any) -> Any:
@@ -193,13 +196,13 @@ def _door(dispatcher: Any, types: Any) -> Any:
                 dispatcher.disable_compile()
         return dispatcher
 
-    dispatcher._compile_for_args = compile_once  # Numba asks it what to call where it has nothing for the arguments
+    dispatcher._compile_for_args = compile_once  # Numba calls it if no compiled version fits the arguments
     dispatcher.prepare, dispatcher.types = compile_once, types
     return dispatcher
 
 
 class _PlainDoor:
-    """Does the same with what Numba documents."""
+    """Does the same with documented functions of Numba only."""
 
     def __init__(self, dispatcher: Any, types: Any) -> None:
         self._dispatcher, self.types = dispatcher, types
@@ -220,10 +223,10 @@ class _PlainDoor:
 
 
 def prepare(function: Any) -> None:
-    """Compile a door, or take its code from the cache, before it is called."""
+    """Compile such a function, or load it from the cache, before its first call."""
     function.prepare()
 
 
 def is_cached(function: Any) -> bool:
-    """Return whether the cache has the code of a door for this machine."""
+    """Return whether the cache has the code of such a function for this machine."""
     return CACHE_FOLDER is not None and function._cache.load_overload(function.types, function.targetctx) is not None

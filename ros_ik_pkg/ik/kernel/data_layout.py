@@ -1,13 +1,13 @@
 """The records that the compiled functions hand to each other: named tuples of arrays and numbers.
 
-Python hands a whole arm over as one flat array, because every array that crosses into compiled code costs a quarter
-of a microsecond; `unpack_model` cuts it into views again.
+An arm is passed as one flat array, because every array argument of compiled code costs 0.06 us; `unpack_model`
+makes views of its parts.
 """
 
 from __future__ import annotations
 
-from collections import namedtuple
-from typing import Any, NamedTuple
+from collections import Counter, namedtuple
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
@@ -22,29 +22,65 @@ TRACE_WIDTH = len(TRACE_COLUMNS)
 HEADER = 3  # numbers before the parts of a packed arm
 
 
+# Shapes of arrays: nj joints, n variables. Blocks of memory hold the arrays of one shape side by side, and the records
+# below say how many there are of each.
+PerJoint = Annotated[np.ndarray, '(nj,)']
+PerVariable = Annotated[np.ndarray, '(n,)']
+ByColumn = Annotated[np.ndarray, '(n, 6)']
+ByRow = Annotated[np.ndarray, '(6, n)']
+Square = Annotated[np.ndarray, '(6, 6)']
+Six = Annotated[np.ndarray, '(6,)']
+
+
+def count_arrays(shape: Any, *records: Any) -> int:
+    """Return how many fields of the records have a shape."""
+    return sum(len(_names(shape, record)) for record in records)
+
+
+def places_in_block(*records: Any) -> Any:
+    """Return for each record a named tuple with the place of each of its arrays in the block of their shape."""
+    taken: Counter[Any] = Counter()
+    found = []
+    for record in records:
+        places = {}
+        for shape in (PerJoint, PerVariable, ByColumn, ByRow, Square, Six):
+            for name in _names(shape, record):
+                places[name] = taken[shape]
+                taken[shape] += 1
+        found.append(namedtuple(f'PlacesOf{record.__name__}', places)(**places))
+    return found
+
+
+def _names(shape: Any, record: Any) -> list[str]:
+    return [name for name, hint in get_type_hints(record, include_extras=True).items() if hint == shape]
+
+
 class Geometry(NamedTuple):
     """One chain (see Arm): nj joints, n variables; all float64, indices and flags too."""
 
     placements: np.ndarray  # (nj + 1, 12)
-    prismatic: np.ndarray  # (nj,)
-    variable: np.ndarray  # (nj,)
-    multiplier: np.ndarray  # (nj,)
-    offset: np.ndarray  # (nj,)
-    lower: np.ndarray  # (n,)
-    upper: np.ndarray  # (n,)
-    wraps: np.ndarray  # (n,)
+    prismatic: PerJoint
+    variable: PerJoint
+    multiplier: PerJoint
+    offset: PerJoint
+    lower: PerVariable
+    upper: PerVariable
+    wraps: PerVariable
 
 
 class Reach(NamedTuple):
-    """A bound on where the arm can be (see reach.py)."""
+    """A bound on the reach of the arm (see search/reach.py)."""
 
     in_base: np.ndarray  # (3,) fixed point of the base [m]
     in_tip: np.ndarray  # (3,) fixed point of the tip frame [m]
     lengths: np.ndarray  # (2,) largest distance of the two points, and of the tip from in_base [m]
 
 
-# SolveOptions as numbers, except those that are lists; what the table of methods says of the selected method; and the
-# options that methods own.
+GEOMETRY_JOINTS, GEOMETRY_VARIABLES = (count_arrays(shape, Geometry) for shape in (PerJoint, PerVariable))
+(PACKED,) = places_in_block(Geometry)
+
+# SolveOptions as numbers, except lists; the columns of the table of methods for the selected method; and the options
+# that methods own.
 METHOD_COLUMNS = ('step_cap', 'may_hurry', 'finish_by_lm')
 Tuning: Any = namedtuple('Tuning', (  # type: ignore[misc]  # its names come from a table
     'method', 'max_iterations', 'max_attempts', 'deadline', 'position_tolerance', 'orientation_tolerance', 'step_size',
@@ -55,20 +91,20 @@ TUNABLES = len(Tuning._fields)
 
 
 class Task(NamedTuple):
-    """What is asked for: a pose in the base frame, and how its six error components count."""
+    """A pose in the base frame, and how its six error components count."""
 
     R: tuple[float, ...]  # 9, row by row
     p: tuple[float, ...]  # 3 [m]
     weights: np.ndarray  # (6,)
-    tolerances: np.ndarray  # (6,) within which an error counts as none [m, rad]
+    tolerances: np.ndarray  # (6,) errors within them count as zero [m, rad]
     in_tip_axes: float
-    plain: float  # whether all six count alike, without tolerances: then the axes do not matter either
+    plain: float  # 1 if all weights are 1 and all tolerances 0: then the axes do not matter either
     position_slack: float  # [m] and
-    orientation_slack: float  # [rad]: lengths of the two halves up to which the error counts as none
+    orientation_slack: float  # [rad]: lengths of the two halves up to which the error counts as zero
 
 
 class Preferences(NamedTuple):
-    """Which of many solutions is wanted, and what none may touch."""
+    """Which of several solutions is preferred, and what no solution may touch."""
 
     reference: np.ndarray  # (n,) from which distances, jumps and whole turns are measured [rad, m]
     joint_weights: np.ndarray  # (n,), or (0,) if the option is unset
@@ -77,14 +113,14 @@ class Preferences(NamedTuple):
 
 
 class Solutions(NamedTuple):
-    """The solutions with the k lowest ranks so far."""
+    """The solutions with the k lowest ranks found so far."""
 
     rows: np.ndarray  # (k, n) [rad, m]
-    ranks: np.ndarray  # (k,) rising
+    ranks: np.ndarray  # (k,) ascending
 
 
 class Joints(NamedTuple):
-    """What forward kinematics leaves of the joints; the last three are filled up to whole blocks of sincos.py."""
+    """What forward kinematics computes of the joints; the last three are padded to whole blocks of sincos.py."""
 
     axes: np.ndarray  # (nj, 6) axis and a point of each
     values: np.ndarray  # [rad, m]
@@ -93,44 +129,44 @@ class Joints(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Everything that a search writes to, made once for many."""
+    """The memory of a search, created once for many targets."""
 
     joints: Joints
-    columns: np.ndarray  # (n, 6) Jacobian by columns
-    e: np.ndarray  # (6,) weighted error of the task
-    weights: np.ndarray  # (6,) of its rows at this iterate; 0 drops a row
-    y: np.ndarray  # (6,) solution of the Gram system
-    A: np.ndarray  # (6, 6) Gram matrix
-    rhs: np.ndarray  # (6,) right-hand side of the normal equations
-    U: np.ndarray  # (6, 6) left singular vectors, by rows
-    W: np.ndarray  # (6, n) sigma_i v_i, by rows
-    sigma: np.ndarray  # (6,)
-    dq: np.ndarray  # (n,) step
-    q: np.ndarray  # (n,) iterate
-    near: np.ndarray  # (n,) iterate of the smallest error in this descent
-    best: np.ndarray  # (n,) closest approach of all descents so far
-    seed: np.ndarray  # (n,) where the search began
-    null: np.ndarray  # (n,) direction in the null space of the task
-    went: np.ndarray  # (n,) last step in it
-    trial: np.ndarray  # (n, 6) Jacobian by columns of a configuration that is only looked at
-    scales: np.ndarray  # (n,) of the Jacobian's columns in a step, or (0,) if the option joint_weights is unset
+    columns: ByColumn  # Jacobian by columns
+    e: Six  # weighted error of the task
+    weights: Six  # of its rows at this iterate; 0 drops a row
+    y: Six  # solution of the Gram system
+    A: Square  # Gram matrix
+    rhs: Six  # right-hand side of the normal equations
+    U: Square  # left singular vectors, by rows
+    W: ByRow  # sigma_i v_i, by rows
+    sigma: Six
+    dq: PerVariable  # step
+    q: PerVariable  # iterate
+    near: PerVariable  # iterate of the smallest error in this descent
+    best: PerVariable  # closest approach of all descents so far
+    seed: PerVariable  # where the search began
+    null: PerVariable  # direction in the null space of the task
+    went: PerVariable  # last step in it
+    trial: ByColumn  # Jacobian by columns of a trial configuration
+    scales: PerVariable  # of the Jacobian's columns in a step, or (0,) if the option joint_weights is unset
     scores: np.ndarray  # (m,) how far each start is from the target
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
 
 class Recorder(NamedTuple):
-    """Where the iterates go when somebody wants them; without rows when nobody does."""
+    """Receives the iterates of a trace; it has no rows if no trace is wanted."""
 
     rows: np.ndarray  # (k, TRACE_WIDTH + n + 3)
-    written: np.ndarray  # (1,) iterates that there were
-    U: np.ndarray  # (6, 6) scratch of the singular values
-    W: np.ndarray  # (6, n)
-    sigma: np.ndarray  # (6,)
+    written: np.ndarray  # (1,) number of iterates, also beyond the rows
+    U: Square  # scratch of the singular values
+    W: ByRow
+    sigma: Six
 
 
 @inlined
 def tuning_of(numbers):
-    """Give the first numbers their names."""
+    """Return the first numbers as a Tuning."""
     return Tuning(*to_fixed_tuple(numbers, TUNABLES))
 
 
@@ -147,13 +183,14 @@ def unpack_model(model):
     not counted as references."""
     n, joints, m = int(model[0]), int(model[1]), int(model[2])
     a = HEADER + 12 * (joints + 1)
-    b = a + 4 * joints
-    c = b + 3 * n
-    per_joint, per_variable = shaped(model, a, (4, joints)), shaped(model, b, (3, n))
+    b = HEADER + 12 * (joints + 1) + GEOMETRY_JOINTS * joints
+    c = b + GEOMETRY_VARIABLES * n
+    by_joint, by_variable = shaped(model, a, (GEOMETRY_JOINTS, joints)), shaped(model, b, (GEOMETRY_VARIABLES, n))
     geometry = Geometry(
-        shaped(model, HEADER, (joints + 1, 12)),
-        per_joint[0], per_joint[1], per_joint[2], per_joint[3],
-        per_variable[0], per_variable[1], per_variable[2],
+        placements=shaped(model, HEADER, (joints + 1, 12)),
+        prismatic=by_joint[PACKED.prismatic], variable=by_joint[PACKED.variable],
+        multiplier=by_joint[PACKED.multiplier], offset=by_joint[PACKED.offset],
+        lower=by_variable[PACKED.lower], upper=by_variable[PACKED.upper], wraps=by_variable[PACKED.wraps],
     )  # fmt: skip
     reach = Reach(shaped(model, c, (3,)), shaped(model, c + 3, (3,)), shaped(model, c + 6, (2,)))
     return geometry, reach, shaped(model.view(np.float32), 2 * (c + 8), (n + 7, m))
@@ -163,12 +200,12 @@ def unpack_model(model):
 def packed_size(model):
     """Return how many numbers a packed arm has; a packed scene may follow them."""
     n, joints, m = int(model[0]), int(model[1]), int(model[2])
-    return HEADER + 12 * (joints + 1) + 4 * joints + 3 * n + 8 + (n + 7) * m // 2
+    return HEADER + 12 * (joints + 1) + GEOMETRY_JOINTS * joints + GEOMETRY_VARIABLES * n + 8 + (n + 7) * m // 2
 
 
 @inlined
 def blocks(joints):
-    """Return how many angles sincos.py is given for so many joints."""
+    """Return how many angles sincos.py computes for a number of joints: whole blocks."""
     return (joints + BLOCK - 1) // BLOCK * BLOCK
 
 
@@ -187,10 +224,12 @@ def make_joints(model, memory):
     return Joints(shaped(memory, 0, (joints, 6)), angles[0], angles[1], angles[2])
 
 
-# How many arrays of each shape make_records needs: (6, 6), (6,), (n, 6), (6, n) and (n,), besides one answer (n,)
-SQUARES, SIXES, BY_COLUMN, BY_ROW, VECTORS = 3, 6, 2, 2, 8
+SQUARES, SIXES, BY_COLUMN, BY_ROW, VECTORS = (
+    count_arrays(shape, Workspace, Recorder) for shape in (Square, Six, ByColumn, ByRow, PerVariable)
+)
+WORK, RECORD = places_in_block(Workspace, Recorder)
 FIXED = 36 * SQUARES + 6 * SIXES
-PER_VARIABLE = 6 * (BY_COLUMN + BY_ROW) + VECTORS + 1
+PER_VARIABLE = 6 * (BY_COLUMN + BY_ROW) + VECTORS + 1  # and one answer (n,)
 
 
 @inlined
@@ -203,7 +242,7 @@ def buffer_size(model):
 def make_records(model, buffer, scores, integers, rows, weighted):
     """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
 
-    `weighted` is how many joint weights there are, n or 0. Where `rows` is None the Recorder is too: then nothing that
+    `weighted` is how many joint weights there are, n or 0. If `rows` is None, so is the Recorder, and nothing that
     needs one is compiled (see entry.solve_usual).
     To be called by kernels only, as unpack_model.
     """
@@ -217,13 +256,18 @@ def make_records(model, buffer, scores, integers, rows, weighted):
     by_column = shaped(buffer, a, (BY_COLUMN, n, 6))
     by_row, vectors = shaped(buffer, b, (BY_ROW, 6, n)), shaped(buffer, c, (VECTORS, n))
     work = Workspace(
-        make_joints(model, shaped(buffer, e, (joints_size(model),))), by_column[0],
-        sixes[0], sixes[5], sixes[1], squares[0], sixes[2], squares[1], by_row[0], sixes[3],
-        vectors[0], vectors[1], vectors[2], vectors[3], vectors[6], vectors[4], vectors[5], by_column[1],
-        shaped(vectors, VECTORS * n - n, (weighted,)), scores, shaped(integers, 0, (2,)),
+        joints=make_joints(model, shaped(buffer, e, (joints_size(model),))),
+        columns=by_column[WORK.columns], trial=by_column[WORK.trial], W=by_row[WORK.W],
+        A=squares[WORK.A], U=squares[WORK.U],
+        e=sixes[WORK.e], weights=sixes[WORK.weights], y=sixes[WORK.y], rhs=sixes[WORK.rhs], sigma=sixes[WORK.sigma],
+        dq=vectors[WORK.dq], q=vectors[WORK.q], near=vectors[WORK.near], best=vectors[WORK.best],
+        seed=vectors[WORK.seed], null=vectors[WORK.null], went=vectors[WORK.went],
+        scales=shaped(vectors, WORK.scales * n, (weighted,)), scores=scores, clock=shaped(integers, 0, (2,)),
     )  # fmt: skip
-    if rows is None:  # noqa: SIM108 Numba drops the other branch of an `if` alone
+    if rows is None:  # Numba drops the other branch of an `if` statement only
         recorder = None
     else:
-        recorder = Recorder(rows, shaped(integers, 2, (1,)), squares[2], by_row[1], sixes[4])
+        recorder = Recorder(
+            rows, shaped(integers, 2, (1,)), U=squares[RECORD.U], W=by_row[RECORD.W], sigma=sixes[RECORD.sigma]
+        )
     return work, recorder, shaped(buffer, d, (1, n))

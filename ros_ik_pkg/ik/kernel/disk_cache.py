@@ -10,7 +10,7 @@ from numba.core import caching
 
 
 def cache_in(folder: Path, not_saved: list[str]) -> Callable[[Callable[..., Any]], Any]:
-    """Return what makes the cache of a function; errors of saving are appended to `not_saved`."""
+    """Return the factory of a function's cache; errors of saving are appended to `not_saved`."""
 
     class Locator(caching._CacheLocator):
         """Numba's own locators look at the path and the time of the one file that holds a function."""
@@ -38,7 +38,7 @@ def cache_in(folder: Path, not_saved: list[str]) -> Callable[[Callable[..., Any]
         _impl_class = Parts
 
         def save_overload(self, *arguments: Any) -> None:
-            """Let code that cannot be saved live in memory; Numba itself would end the program, after all the work."""
+            """Keep code in memory if it cannot be saved; Numba would raise an error after compiling it."""
             try:
                 super().save_overload(*arguments)
             except OSError as error:

@@ -1,6 +1,6 @@
 """The few small dense kernels that the steps need: a 6 x 6 Gram matrix, its factors, an SVD of 6 x n.
 
-At this size the call into LAPACK costs more than the arithmetic. Jacobians are stored by columns, as rows of
+At this size a call of LAPACK costs more than the arithmetic. Jacobians are stored by columns, as rows of
 `columns` (n, 6); a row of the task that is dropped, or a joint that is frozen, is a row or column of zeros.
 """
 
@@ -11,11 +11,11 @@ import math
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 
 ROWS = 6
-SINGULAR = 1e-14  # pivot over its diagonal element; less is what rounding leaves of zero
+SINGULAR = 1e-14  # pivot over its diagonal element; less is rounding
 MAX_SWEEPS = 30
 ORTHOGONAL = 1e-13  # cosine between two rows
 ALMOST = 1e-6  # cosine that one more turn makes orthogonal
-# The pairs of rows, three at a time that have none in common: the processor works on them side by side.
+# The pairs of rows, three disjoint ones at a time, so that the processor computes them in parallel.
 FIRST = (0, 2, 4, 0, 1, 3, 0, 1, 2, 0, 1, 2, 0, 1, 3)
 SECOND = (1, 3, 5, 2, 4, 5, 3, 5, 4, 4, 3, 5, 5, 2, 4)
 NOTHING = 1e-31  # square of a row over the square of all
@@ -23,7 +23,7 @@ NOTHING = 1e-31  # square of a row over the square of all
 
 @kernel
 def assign(into, values):
-    """Copy a vector; a slice assignment would ask for memory, in case the two overlap."""
+    """Copy a vector; a slice assignment would allocate memory in case the two overlap."""
     for i in range(len(into)):
         into[i] = values[i]
 
@@ -159,7 +159,7 @@ def _square(n, W, r):
 def _sweep(rows, pairs, n, U, W, squares):
     """Make every pair of rows of W orthogonal once; return the square of the largest cosine that there was.
 
-    Rows whose square is below NOTHING of the whole are rounding: they would be turned for ever. `squares` (rows,) keeps
+    Rows whose square is below NOTHING of the whole are rounding and would never be orthogonal. `squares` (rows,) keeps
     those of the rows up to date.
     """
     total, largest = 0.0, 0.0

@@ -8,22 +8,22 @@ from numba.extending import intrinsic
 
 @intrinsic
 def small_loops(_typing):
-    """Keep loops over a few joints as they are, in this function and what is inlined into it.
+    """Do not vectorise loops over a few joints, in this function and what is inlined into it.
 
-    As vectors of eight they would take as long, ask for thousands of checks whether arrays overlap before the first
-    one begins, and three times as long to compile.
+    As vectors of eight they take as long to run and three times as long to compile, and every loop is preceded by
+    checks whether arrays overlap.
     """
     return _attribute('noimplicitfloat')
 
 
 @intrinsic
 def on_its_own(_typing):
-    """Keep this function from being inlined, so that the long loops in it become vectors wherever it is called."""
+    """Keep this function from being inlined, so that its long loops are vectorised wherever it is called."""
     return _attribute('noinline')
 
 
 def _attribute(name):
-    """Return signature and code of an intrinsic that gives its caller an attribute, and does nothing when it runs."""
+    """Return signature and code of an intrinsic that only gives its caller an LLVM attribute."""
 
     def build(context, builder, _signature, _arguments):
         builder.function.attributes.add(name)

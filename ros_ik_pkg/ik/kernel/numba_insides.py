@@ -1,7 +1,7 @@
-"""What the solver uses of Numba's insides, or plain Numba where a version of it does not have that.
+"""What the solver uses of Numba's internals, or plain Numba if a version of it lacks them.
 
-The versions from TESTED[0] to TESTED[1] have it. Of another one it is tried out when the package is imported, which
-takes a third of a second. ROS_IK_PLAIN_NUMBA=1 takes plain Numba in any case: the same answers, later.
+The versions from TESTED[0] to TESTED[1] have them. With another version they are tried when the package is imported,
+which takes a third of a second. ROS_IK_PLAIN_NUMBA=1 always uses plain Numba: the same answers, but slower.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ TESTED = (0, 60), (0, 68)
 
 
 def _why_plain() -> str:
-    """Say why plain Numba is used; empty if it is not."""
+    """Return why plain Numba is used; empty if it is not."""
     if os.environ.get('ROS_IK_PLAIN_NUMBA', '0') not in ('', '0'):
         return 'ROS_IK_PLAIN_NUMBA is set'
     try:

@@ -1,4 +1,4 @@
-"""What array_views.py, vector3.py and llvm_hints.py do, in plain Numba: slower, and for every version of it."""
+"""The functions of array_views.py, vector3.py and llvm_hints.py in plain Numba: slower, but for every version of it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def shaped(array, start, shape):
 
 @plain
 def on_stack(count):
-    """Return uninitialised room for so many float64."""
+    """Return uninitialised memory for `count` float64."""
     return np.empty(count)
 
 

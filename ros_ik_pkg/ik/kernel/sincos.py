@@ -1,7 +1,7 @@
-"""Sine and cosine together, eight angles in the time of one call into libm, and the same bits on every machine.
+"""Sine and cosine of eight angles in the time of one libm call, with the same bits on every machine.
 
 Argument reduction in three parts (Cody and Waite 1980) and the polynomials of fdlibm (`k_sin.c`, `k_cos.c`);
-within 2e-16 of libm up to LARGE, beyond which libm answers.
+within 2e-16 of libm up to LARGE; beyond that, libm computes them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ C = (
 
 @inlined
 def sincos(x):
-    """Return (sin x, cos x) of an angle below LARGE [rad]; without a branch, so that several go side by side."""
+    """Return (sin x, cos x) of an angle below LARGE [rad]; without branches, so that the compiler can vectorise it."""
     quarter = math.floor(x * TWO_OVER_PI + 0.5)
     r = ((x - quarter * PART_1) - quarter * PART_2) - quarter * PART_3
     z = r * r
@@ -44,7 +44,7 @@ def sincos(x):
 
 @kernel
 def sincos_all(angles, sines, cosines):
-    """Write sine and cosine of angles [rad], whole blocks of them: as many at once as a register holds."""
+    """Write sine and cosine of angles [rad], in whole blocks: as many at once as a register holds."""
     on_its_own()
     near = True
     for i in range(len(angles)):

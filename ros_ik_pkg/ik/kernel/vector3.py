@@ -1,7 +1,7 @@
 """Vectors of three numbers that stay in one vector register, for compiled code.
 
-The compiler does not see on its own that the three rows of a rotation want the same done to them; a type that is
-one register to it says so. Forward kinematics takes half of the time with it.
+The compiler does not notice that the three rows of a rotation take part in the same operations; a type that maps to
+one register says so. docs/performance.md has the gain.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ FUSE = ('contract',)  # as for all compiled code of this package
 
 
 class Lanes(types.Type):
-    """Three float64 side by side."""
+    """Three float64 in one vector register."""
 
     def __init__(self) -> None:
         super().__init__(name='Lanes')
@@ -27,7 +27,7 @@ LANES = Lanes()
 
 @register_model(Lanes)
 class LanesModel(models.PrimitiveModel):
-    """What Lanes are to LLVM: one vector."""
+    """Represents Lanes in LLVM as one vector."""
 
     def __init__(self, manager, kind):
         super().__init__(manager, kind, SPACE)
@@ -35,7 +35,7 @@ class LanesModel(models.PrimitiveModel):
 
 @intrinsic
 def lanes(_typing, x, y, z):
-    """Return three numbers side by side."""
+    """Return three numbers as one vector."""
 
     def build(_context, builder, _signature, arguments):
         vector = ir.Constant(SPACE, [0.0] * 4)

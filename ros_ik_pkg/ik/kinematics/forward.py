@@ -2,7 +2,7 @@
 
 A chain is a Geometry: constant placements between joints whose motion axis is local z, joint kinds, and
 the map from the variables q to joint values (mimic joints).
-A frame on the way is its three axes and its origin, each in one register (`lanes.py`).
+A frame is held as three axes and an origin, each in one vector register (`kernel/vector3.py`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ros_ik_pkg.ik.kernel.sincos import sincos_all
 
 @inlined
 def walk(geometry, q, joints):
-    """Return rotation (nine numbers, row by row) and position of the tip; leave what it met on the way in `joints`."""
+    """Return rotation (nine numbers, row by row) and position of the tip; write axes and joint values to `joints`."""
     count, rows = len(geometry.prismatic), geometry.placements
     for i in range(count):
         joints.values[i] = geometry.multiplier[i] * q[int(geometry.variable[i])] + geometry.offset[i]
@@ -29,7 +29,7 @@ def walk(geometry, q, joints):
         prismatic = geometry.prismatic[i] != 0.0
         s, c = (0.0, 1.0) if prismatic else (joints.sines[i], joints.cosines[i])
         p = beyond(p, x, y, z, rows, i)
-        # The placement turned by the joint first: the way from one joint to the next is shorter by a product.
+        # Rotate the placement by the joint first: this takes one product off the serial dependency chain.
         x, y, z = (
             combine(x, y, z, rows[i, 0] * c + rows[i, 1] * s, rows[i, 3] * c + rows[i, 4] * s,
                     rows[i, 6] * c + rows[i, 7] * s),
@@ -87,7 +87,7 @@ def fill_columns(geometry, axes, p, columns):
 def forward_kinematics(model, q, base_from_tip):
     """Write rotation and position of the tip in the base frame [m] to a (4, 4) pose; `model` is what pack_model packed.
 
-    An array that compiled code makes takes half a microsecond longer, and has a dtype of its own.
+    Creating the array in compiled code would take half a microsecond more, and give it a dtype of its own.
     """
     _write_pose(model, q, np.empty(joints_size(model)), base_from_tip)
 

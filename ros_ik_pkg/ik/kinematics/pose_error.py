@@ -1,7 +1,7 @@
 """Twist error between two poses, [p* - p ; log(R* R^T)], base axes [m, rad].
 
 The logarithm goes through the unit quaternion (Shepperd 1978: divide by the largest component), which is
-well conditioned from 0 to pi and does not mind rotations that are slightly off SO(3).
+well conditioned from 0 to pi and tolerates rotations that are slightly off SO(3).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ A = (-1.0 / 3.0, 1.0 / 5.0, -1.0 / 7.0, 1.0 / 9.0, -1.0 / 11.0, 1.0 / 13.0)
 
 
 def pose_matrix(px, py, pz, x, y, z, w):
-    """Return the pose (4, 4) of a position [m] and a quaternion, whose length does not matter."""
+    """Return the pose (4, 4) of a position [m] and a quaternion of any length but zero."""
     pose = np.zeros((4, 4))
     write_pose(pose, px, py, pz, x, y, z, w)
     return pose
@@ -26,7 +26,7 @@ def pose_matrix(px, py, pz, x, y, z, w):
 
 @compiled
 def write_pose(pose, px, py, pz, x, y, z, w):
-    """Do what pose_matrix says to a matrix of zeros."""
+    """Fill a zeroed (4, 4) matrix with the pose; see pose_matrix."""
     s = 2.0 / (w * w + x * x + y * y + z * z)
     xx, yy, zz, xy, xz, yz = s * x * x, s * y * y, s * z * z, s * x * y, s * x * z, s * y * z
     wx, wy, wz = s * w * x, s * w * y, s * w * z
@@ -56,7 +56,7 @@ def rotation_log(R):
     if w < 0.0:
         w, x, y, z = -w, -x, -y, -z
     square = x * x + y * y + z * z
-    if square < SMALL * w * w:  # most of the time, and in a third of the time
+    if square < SMALL * w * w:  # the usual case, in a third of the time
         t = square / (w * w)
         scale = (2.0 / w) * (1.0 + t * (A[0] + t * (A[1] + t * (A[2] + t * (A[3] + t * (A[4] + t * A[5]))))))
     else:

@@ -1,4 +1,4 @@
-"""What counts as error: the rows of the task in its axes, beyond their tolerances, weighted; and their Jacobian."""
+"""The error of a task: its rows in its axes, beyond their tolerances, weighted; and their Jacobian."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def look(geometry, task, work):
 
 @inlined
 def look_at_error(geometry, task, work):
-    """Do the first half of `look`; return rotation and position of the tip too."""
+    """Do the first half of `look`, the error; return rotation and position of the tip too."""
     R, p = walk(geometry, work.q, work.joints)
     position_error, orientation_error, norm = measure(task, R, p, work)
     return position_error, orientation_error, norm, R, p
@@ -90,7 +90,7 @@ def measure(task, R, p, work):
 
 @kernel
 def measure_rows(task, work):
-    """Do what `measure` says for a task whose rows do not all count alike; work.e holds the twist error."""
+    """Implement `measure` for a task with weights or tolerances of single rows; work.e holds the twist error."""
     turn_into_axes(task, work.e)
     position, orientation, weighted_position, weighted_orientation = 0.0, 0.0, 0.0, 0.0
     for r in range(ROWS):
@@ -113,7 +113,7 @@ def measure_rows(task, work):
 
 @inlined
 def beyond(length, slack):
-    """Return the part of a length that is beyond the slack, 0 to 1."""
+    """Return the fraction of a length that is beyond the slack, 0 to 1."""
     return 1.0 if slack <= 0.0 else 0.0 if length <= slack else 1.0 - slack / length
 
 
@@ -198,12 +198,12 @@ def shape_columns(task, R, weights, columns):
 
 @kernel
 def shape_rows(task, R, weights, columns):
-    """Do what `shape_columns` says.
+    """Implement `shape_columns`.
 
-    Where orientation rows are weighed apart, theirs is the derivative of the logarithm: with phi = log(R* R^T),
+    If the orientation rows have different weights, theirs is the derivative of the logarithm: with phi = log(R* R^T),
     d phi = -(w + phi x w / 2 + c phi x (phi x w)) dt, c = 1 / |phi|^2 - (1 + cos|phi|) / (2 |phi| sin|phi|)
-    (Chirikjian 2011, inverse right Jacobian of SO(3)). Where all count alike the step is the same without it, for
-    that matrix leaves phi as it is.
+    (Chirikjian 2011, inverse right Jacobian of SO(3)). With equal weights the step is the same without it, because
+    that matrix maps phi to itself.
     """
     _, _, _, x, y, z = twist_error(task.R, task.p, R, task.p)
     c, weighed_apart = log_curvature(x * x + y * y + z * z), apart(task)
@@ -231,6 +231,6 @@ def log_curvature(square):
 
 @kernel
 def apart(task):
-    """Return whether the orientation rows are not all weighed alike."""
+    """Return whether the orientation rows have different weights."""
     w, bound = task.weights, task.tolerances
     return w[3] != w[4] or w[4] != w[5] or bound[3] + bound[4] + bound[5] > 0.0

@@ -85,7 +85,7 @@ def make_chain(tree: Tree, base: str, tip: str) -> Chain:
 
 
 def _notes(drive: _Drive) -> list[str]:
-    """Say what is odd about the motor of a joint, and about their limits together."""
+    """Return notes on the motor of a joint and on their combined limits."""
     notes = [*drive.master.notes]
     if _repeats_motor(drive):
         notes.append(f'joint {drive.joint.name!r}: limits {_range(drive.joint)} do not fit its motion, '
@@ -108,14 +108,14 @@ def rest(lower: float, upper: float) -> float:
 
 
 def _refuse_faults(joints: Sequence[Joint]) -> None:
-    """Raise ModelError with what is wrong with the joints, all at once."""
+    """Raise ModelError with everything that is wrong with the joints."""
     faults = list(dict.fromkeys(joint.fault + _way_round(joint) for joint in joints if joint.fault))
     if faults:
         raise ModelError('; '.join(faults))
 
 
 def _way_round(joint: Joint) -> str:
-    """Say how to do without a joint that no chain takes, such as the one that lets a robot walk."""
+    """Return how to avoid a joint that no chain takes, such as the floating joint of a walking robot."""
     return '' if joint.movable else f': choose a base frame below it, such as {joint.child!r}'
 
 
@@ -142,14 +142,14 @@ def _limits(group: Sequence[_Drive]) -> tuple[float, float]:
 
 
 def _range(joint: Joint) -> str:
-    """Write the limits of a joint."""
+    """Return the limits of a joint as text."""
     return f'[{joint.lower:g}, {joint.upper:g}]'
 
 
 def _repeats_motor(drive: _Drive) -> bool:
-    """Tell whether a mimic joint has the limits of its motor, or wider ones, although its multiplier is negative.
+    """Return whether a mimic joint has the limits of its motor, or wider ones, although its multiplier is negative.
 
-    Grippers are written so; the joint would have no range, so the range of the motor is what was meant.
+    Many gripper files have this. Read literally the joint has no range, so the motor's range must be meant.
     """
     joint, master = drive.joint, drive.master
     if joint is master or drive.offset != 0.0 or drive.multiplier >= 0.0:
@@ -159,7 +159,7 @@ def _repeats_motor(drive: _Drive) -> bool:
 
 
 def _refuse_outside(joint: Joint, value: float) -> None:
-    """Raise ModelError where a mimic joint that never moves stands outside its limits."""
+    """Raise ModelError if a mimic joint that never moves is outside its limits."""
     if not joint.lower <= value <= joint.upper:
         raise ModelError(f'joint {joint.name!r} mimics with multiplier 0, so it stays at {value:g}, outside its '
                          f'limits lower = {joint.lower:g} and upper = {joint.upper:g}')
@@ -172,7 +172,7 @@ def _lowest(group: Sequence[_Drive], limit: str) -> float:
 
 
 def _wraps(group: Sequence[_Drive]) -> bool:
-    """Tell whether a whole turn of the variable leaves the arm as it is and fits between the limits."""
+    """Return whether a whole turn of the variable changes nothing and fits between the limits."""
     rotary = all(drive.joint.kind in ROTARY and drive.multiplier.is_integer() for drive in group)
     lower, upper = _limits(group)
     return rotary and group[0].master.kind in ROTARY and upper - lower > TURN

@@ -1,4 +1,4 @@
-"""The tip frame of a robot whose user named none: the end of its longest chain, before a gripper."""
+"""The default tip frame of a robot: the end of its longest chain, before a gripper."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ros_ik_pkg.ik.text import list_names
 JAW = re.compile(r'finger|jaw|knuckle|thumb|claw|gripper_?mover', re.IGNORECASE)
 GRIPPER = re.compile(r'gripper', re.IGNORECASE)
 WRIST = re.compile(r'wrist|roll|pitch|yaw|rot|twist|turn', re.IGNORECASE)
-# Frames that mark where an arm ends, the most telling first.
+# Names of frames that mark the end of an arm, the most specific first.
 TOOLS = tuple(re.compile(pattern, re.IGNORECASE) for pattern in (
     r'(^|_)tool0$', r'(^|_)tcp(_|$)', r'gripper_frame_link$', r'(^|_)(ee|tool|grasp|grip)([_a-z]*)?$', r'flange',
     r'(^|_)hand(_|$)'))
@@ -23,7 +23,7 @@ def default_tip(tree: Tree, base: str) -> tuple[str, tuple[str, ...]]:
     """Return the tip frame of the chain with the most movable joints from base, and warnings about the choice.
 
     Joints that open a gripper at the end of the chain do not count: the tip is then a tool frame fixed to the link
-    that carries them, else that link. Raises ModelError if several chains come into question.
+    that carries them, else that link. Raises ModelError if several chains are candidates.
     """
     ends = _longest(tree, base, _leaves(tree))
     carriers = {end: _carrier(tree, base, end) for end in ends}
@@ -68,7 +68,7 @@ def _carrier(tree: Tree, base: str, end: str) -> str | None:
 
 
 def _opens_gripper(joint: Joint) -> bool:
-    """Tell from the names whether a joint opens a gripper."""
+    """Return whether a joint opens a gripper, judged by names."""
     if JAW.search(joint.name) or JAW.search(joint.child):
         return True
     return bool(GRIPPER.search(joint.name)) and not WRIST.search(joint.name)

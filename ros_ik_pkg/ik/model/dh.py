@@ -75,7 +75,7 @@ def parse_dh(text: str | bytes) -> Tree:
 
 
 def _compose(text: str | bytes) -> yaml.Node:
-    """Parse the YAML into nodes, which know their lines."""
+    """Parse the YAML into nodes, which keep their line numbers."""
     if len(text) > MAX_BYTES:
         raise ModelError(f'the file has {len(text)} bytes; a DH table has at most {MAX_BYTES}')
     try:
@@ -115,7 +115,7 @@ def _add_capsules(row: yaml.Node, joint: Joint, standard: bool, shapes: dict[str
     """Add the capsules of a row with a radius to the shapes of the two links that its joint connects.
 
     One lies along d, one along a. The parent holds what comes before the motion, d of a standard row and both of a
-    modified one; the child holds a of a standard row. What a prismatic joint slides by has no shape.
+    modified one; the child holds a of a standard row. The travel of a prismatic joint has no shape.
     """
     fields = _mapping(row, 'a joint', JOINT_KEYS, JOINT_OPTIONS)
     if 'radius' not in fields:
@@ -154,7 +154,7 @@ def _read_limits(row: Fields, node: yaml.Node, kind: str, unit: float) -> tuple[
 
 
 def _read_tool(robot: Fields, unit: float) -> np.ndarray:
-    """Read the transform from the last DH frame to the tip frame; identity where missing."""
+    """Read the transform from the last DH frame to the tip frame; identity if missing."""
     if 'tool' not in robot:
         return np.eye(4)
     tool = _mapping(robot['tool'], 'tool', ('xyz', 'rpy'), ())
@@ -237,7 +237,7 @@ def _numbers(node: yaml.Node, key: str, count: int) -> list[float]:
 
 
 def _to_float(node: yaml.Node, key: str) -> float:
-    """Read one finite number; 1e-3, which YAML 1.1 takes for a text, is a number here."""
+    """Read one finite number; 1e-3, which is text in YAML 1.1, is a number here."""
     if not isinstance(node, yaml.ScalarNode):
         _refuse(node, f'{key} is no number; expected a finite number')
     value = to_number(node.value)

@@ -1,4 +1,4 @@
-"""The Pinocchio model of a whole robot, and what is read off it."""
+"""The Pinocchio model of a whole robot, and the data read from it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def joint_id(tree: Tree, joint: Joint) -> int:
 
 
 def placements_of(tree: Tree, model: pin.Model, chain: Chain, base: str, tip: str) -> np.ndarray:
-    """Read the constant transforms between the chain's joints, (nj + 1, 12), off the model."""
+    """Read the constant transforms between the chain's joints, (nj + 1, 12), from the model."""
     base_placement, tip_placement = (model.frames[frame_id(tree, link)].placement for link in (base, tip))
     steps = [model.jointPlacements[joint_id(tree, joint)] for joint in chain.joints] + [tip_placement]
     steps[0] = base_placement.actInv(steps[0])

@@ -20,19 +20,19 @@ LARGEST = 1e4  # [m]
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """One shape: what kind it is, how large, and where it is in the frame that it belongs to.
+    """One shape: its kind, its size and its pose in the frame of its link or obstacle.
 
     Attributes
     ----------
     kind : str
         One of SIZES.
     size : (k,) array
-        What SIZES says [m]; a mesh has scales. Cylinders and capsules lie along their z axis, around their middle.
+        The numbers that SIZES names [m]; scales for a mesh. Cylinders and capsules are centred, along their z axis.
     frame_from_shape : (4, 4) array
     file : str
         Path or URI of a mesh.
 
-    Raises ModelError where the size is none of a body.
+    Raises ModelError if the size is not that of a body.
 
     """
 

@@ -58,13 +58,13 @@ def read_tree(source: str | os.PathLike[str], xacro_args: Mapping[str, str] | No
         return parse_urdf(source.lstrip(BLANK))
     try:
         path = _find_file(source)
-        if path.exists() and not path.is_file():  # opening a pipe waits for somebody to write to it
+        if path.exists() and not path.is_file():  # opening a pipe would block until something writes to it
             raise ModelError(f'cannot read the robot {str(source)!r}: it is no regular file')
         with path.open('rb') as file:
-            content = file.read(MAX_BYTES + 1)  # the reader refuses what is longer
+            content = file.read(MAX_BYTES + 1)  # the reader refuses longer files
     except ModelError:
         raise
-    except (OSError, TypeError, ValueError, RuntimeError) as error:  # the last where ~ leads to no home
+    except (OSError, TypeError, ValueError, RuntimeError) as error:  # the last if ~ has no home directory
         raise ModelError(f'cannot read the robot {source!r}: {error}') from error
     suffix = path.suffix.lower()
     try:
@@ -75,7 +75,7 @@ def read_tree(source: str | os.PathLike[str], xacro_args: Mapping[str, str] | No
 
 
 def _find_file(source: str | os.PathLike[str]) -> Path:
-    """Find the file that a name, path or URI means."""
+    """Return the path of the file for a name, path or URI."""
     path = path_of(source)
     if path.suffix.lower() in READERS:
         return path
@@ -87,7 +87,7 @@ def _find_file(source: str | os.PathLike[str]) -> Path:
 
 
 def path_of(source: str | os.PathLike[str]) -> Path:
-    """Return the path that a path or URI means, ~ as the shell has it."""
+    """Return the path for a path or URI; ~ is expanded as in a shell."""
     if isinstance(source, str) and source.startswith(PACKAGE_SCHEME):
         return _path_in_package(source)
     if isinstance(source, str) and source.startswith(FILE_SCHEME):
@@ -96,7 +96,7 @@ def path_of(source: str | os.PathLike[str]) -> Path:
 
 
 def _path_of_file_uri(uri: str) -> Path:
-    """Return the path of file:///PATH, with %20 and the like read."""
+    """Return the path of file:///PATH, with %20 and the like decoded."""
     host, slash, path = uri.removeprefix(FILE_SCHEME).partition('/')
     if host not in ('', 'localhost') or not path:
         raise ModelError(f'robot {uri!r}: expected file:///PATH, the whole path of a file of this machine')
@@ -127,6 +127,6 @@ def _expand(path: Path, args: Mapping[str, str]) -> str:
                          'or expand the file first: xacro FILE > robot.urdf') from error
     try:
         return str(xacro.process_file(str(path), mappings=dict(args)).toxml())
-    except Exception as error:  # whatever the expressions in the file raise
+    except Exception as error:  # expressions in the file may raise anything
         hint = '; give arguments with xacro_args, such as NAME:=VALUE' if 'arg' in str(error).lower() else ''
         raise ModelError(f'xacro cannot expand it: {type(error).__name__}: {error}{hint}') from error

@@ -1,4 +1,4 @@
-"""Homogeneous transforms of the model files: built while a robot is loaded, not while it is solved."""
+"""Homogeneous transforms for the model files; used while a robot is loaded, not while it is solved."""
 
 from __future__ import annotations
 

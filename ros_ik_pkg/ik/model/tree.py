@@ -1,4 +1,4 @@
-"""Links and joints of a robot as a checked tree: what URDF and DH files both become."""
+"""Links and joints of a robot as a checked tree, the common form of URDF and DH files."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Joint:
     """One joint; its motion is about or along `axis` of the joint frame [rad, m].
 
     `origin` leads from the parent link to the joint frame, `tail` from the moved joint frame to the child
-    link. `fault` says what keeps the joint out of a chain; a robot with such a joint elsewhere is fine.
-    `soft` are the soft limits of the file. `notes` say what is odd about the joint and how it is read.
+    link. `fault` says why no chain can take the joint; a robot with such a joint elsewhere is fine.
+    `soft` are the soft limits of the file. `notes` say what is unusual about the joint and how it is read.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Joint:
 
     @property
     def movable(self) -> bool:
-        """True where the joint has one degree of freedom that a chain can use."""
+        """Whether the joint has one degree of freedom that a chain can use."""
         return self.kind in MOVABLE
 
 
@@ -102,7 +102,7 @@ class Tree:
         return path[::-1]
 
     def path(self, base: str, tip: str) -> list[Joint]:
-        """Collect the joints from base down to tip; raises ModelError where there is no such way.
+        """Collect the joints from base down to tip; raises ModelError if tip is not below base.
 
         The base may also be a link that is fixed to one above the tip, as the `base` of a UR is.
         """
@@ -120,7 +120,7 @@ class Tree:
         return first[shared:] + second[shared:]
 
     def check_link(self, name: str, role: str) -> str:
-        """Return the name of a link that exists, or raise ModelError with the names that come close."""
+        """Return the name of a link that exists, or raise ModelError with similar names."""
         if name not in self.links:
             raise ModelError(f'{role} {name!r} does not exist; {suggest(name, self.links)}')
         return name
@@ -167,27 +167,27 @@ def _count_shared(first: list[Joint], second: list[Joint]) -> int:
 
 
 def _refuse_duplicates(names: list[str], what: str) -> None:
-    """Raise ModelError where a name occurs twice."""
+    """Raise ModelError if a name occurs twice."""
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise ModelError(f'{what} name used more than once: {list_names(twice)}')
 
 
 def _refuse_long_names(names: list[str]) -> None:
-    """Raise ModelError where a name would fill logs and messages."""
+    """Raise ModelError if a name is so long that it would fill logs and messages."""
     if fault := fault_of_name(max(names, key=len)):
         raise ModelError(fault)
 
 
 def fault_of_name(name: str) -> str:
-    """Say that a name is too long; empty where it is not."""
+    """Return that a name is too long; empty if it is not."""
     if len(name) <= MAX_NAME:
         return ''
     return f'a name has {len(name)} characters, {name[:30]!r}...; at most {MAX_NAME}'
 
 
 def _refuse_far_placements(joints: list[Joint]) -> None:
-    """Raise ModelError where a placement is so far away that poses would lose all digits, or overflow."""
+    """Raise ModelError if a placement is so far away that poses would lose all digits, or overflow."""
     for joint in joints:
         distance = max(np.abs(placement[:3, 3]).max() for placement in (joint.origin, joint.tail))
         if distance > MAX_DISTANCE:
@@ -217,7 +217,7 @@ def _find_root(links: list[str], joints: list[Joint]) -> str:
 
 
 def _loop_above(link: str, above: dict[str, Joint]) -> list[str]:
-    """Return the names of the joints of the loop that is met on the way up from a link, parents first."""
+    """Return the names of the joints of the loop above a link, parents first."""
     way: list[Joint] = []
     while above[link] not in way:
         way.append(above[link])

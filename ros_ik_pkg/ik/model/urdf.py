@@ -1,4 +1,4 @@
-"""URDF text -> a checked tree of links and joints. Masses and materials are never looked at."""
+"""URDF text -> a checked tree of links and joints. Masses and materials are ignored."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def parse_urdf(text: str | bytes) -> Tree:
     Raises
     ------
     ModelError
-        Where the text is no XML, no URDF, or no single tree of links.
+        If the text is not XML, not URDF, or not a single tree of links.
 
     """
     robot = parse_xml(text)
@@ -70,7 +70,7 @@ def _read_tree(robot: ElementTree.Element, name: str) -> Tree:
 
 
 def _read_minor_version(robot: ElementTree.Element) -> int:
-    """Read the n of <robot version="1.n">; 0 if the version is missing, as urdfdom has it."""
+    """Read the n of <robot version="1.n">; 0 if the version is missing, as in urdfdom."""
     version = robot.get('version', '1.0')
     match = VERSION.fullmatch(version)
     if not match:
@@ -138,7 +138,7 @@ def _read_link(element: ElementTree.Element, role: str, where: str) -> str:
 
 
 def _read_axis(element: ElementTree.Element, where: str) -> np.ndarray:
-    """Read <axis xyz> as a unit vector of the joint frame; x where missing, as URDF has it."""
+    """Read <axis xyz> as a unit vector of the joint frame; x if missing, the default of URDF."""
     axis = element.find('axis')
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
@@ -151,7 +151,7 @@ def _read_axis(element: ElementTree.Element, where: str) -> np.ndarray:
 
 
 def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[float, float, float, str, list[str]]:
-    """Read <limit>: lower, upper, velocity, what is wrong with them, and what is odd about them."""
+    """Read <limit>: lower, upper, velocity, the fault in them, and notes."""
     none = -math.inf, math.inf
     if kind not in MOVABLE:
         fault = '' if kind == 'fixed' else f'{where} is of type {kind}; a chain takes {list_names(KINDS[:4])}'
@@ -176,7 +176,7 @@ def _read_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[f
 
 
 def _judge_limits(limit: ElementTree.Element, lower: float, upper: float, where: str) -> str:
-    """Say what is wrong with two finite limits, or nothing."""
+    """Return what is wrong with two finite limits; empty if nothing."""
     if lower < upper or (lower == upper and {'lower', 'upper'} <= set(limit.attrib)):
         return ''
     if 'lower' not in limit.attrib and 'upper' not in limit.attrib:
@@ -189,9 +189,9 @@ def _judge_limits(limit: ElementTree.Element, lower: float, upper: float, where:
 
 
 def _read_soft_limits(element: ElementTree.Element, kind: str, where: str) -> tuple[tuple[float, float], list[str]]:
-    """Read <safety_controller>: the soft limits, infinite if there are none, and what is odd about them.
+    """Read <safety_controller>: the soft limits, infinite if there are none, and notes.
 
-    One that is missing counts as 0, as urdfdom has it; a continuous joint has none.
+    A missing one counts as 0, as in urdfdom; a continuous joint has none.
     """
     none = -math.inf, math.inf
     safety = element.find('safety_controller')
@@ -208,7 +208,7 @@ def _read_soft_limits(element: ElementTree.Element, kind: str, where: str) -> tu
 
 
 def _read_velocity(limit: ElementTree.Element, where: str) -> tuple[float, list[str]]:
-    """Read the velocity limit [rad/s, m/s]; missing, 0, negative or infinite, as many files have it, means unknown."""
+    """Read the velocity limit [rad/s, m/s]; missing, 0, negative or infinite, as in many files, means unknown."""
     text = limit.get('velocity')
     if text is None:
         return math.inf, []

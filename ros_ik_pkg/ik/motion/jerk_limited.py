@@ -6,8 +6,8 @@ stop itself. Seen from a target of constant velocity this is the time-optimal mo
 of states from which the shortest stop ends on the target (Kroeger, On-Line Trajectory Generation in Robotic Systems,
 2010, chapter 5), but for the length of a period.
 
-What keeps the limits does not depend on that rule: a period is taken only if a stop within all limits can follow it.
-If no jerk is so, the joint follows the stop that the period before was taken for.
+The limits do not depend on that rule: a period is taken only if a stop within all limits can follow it. If no jerk
+allows this, the joint follows the stop that made the previous period admissible.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 
-ON_TARGET = 1e-11  # rad, m: a stop that ends so near the target needs no other jerk
+ON_TARGET = 1e-11  # rad, m: a stop that ends this near the target needs no other jerk
 ROUNDING = 1e-12  # rad, m, rad/s, m/s: what the sums over the periods of one stop may lose
 HALVINGS = 52  # of a range of jerks, until no number is left between its ends
 MOST_COPIED = 0.8  # of a limit, that a target may need itself and be followed exactly
@@ -58,7 +58,7 @@ def plan_stop(v, a, acceleration, jerk):
 
 @inlined
 def stop_distance(v, a, acceleration, jerk):
-    """Return how far the shortest stop leads [rad, m]."""
+    """Return how far the joint moves during the shortest stop [rad, m]."""
     side, peak, t1, t2, t3 = plan_stop(v, a, acceleration, jerk)
     v, a = side * v, side * a
     v1 = v + t1 * (a - 0.5 * jerk * t1)
@@ -122,7 +122,7 @@ def broken_after(x, v, a, j, bounds, period):
 
 @kernel
 def jerk_to(x, v, a, least, most, acceleration, jerk, period):
-    """Return the jerk from `least` to `most` after which the stop ends nearest to 0; x and v are seen from there."""
+    """Return the jerk from `least` to `most` after which the stop ends nearest to the target, the origin of x and v."""
     for bound in (most, least):
         x1, v1, a1 = move(x, v, a, bound, period)
         end = x1 + stop_distance(v1, a1, acceleration, jerk)

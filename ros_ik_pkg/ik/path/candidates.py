@@ -46,7 +46,7 @@ def find_candidates(model, continuing, searching, poses, seed, first, stop, cand
 
 @kernel
 def _find(model, continuing, searching, poses, seed, first, stop, candidates, counts, since, memory, size):
-    """Do what find_candidates says."""
+    """Implement `find_candidates`."""
     geometry, _, _ = unpack_model(model)
     m, n = candidates.shape[1:]
     rest = shaped(memory, 0, (size,))

@@ -41,7 +41,7 @@ def rotation_vectors(poses):
 
 @kernel
 def _write_rotation_vectors(poses, out):
-    """Do what rotation_vectors says."""
+    """Implement `rotation_vectors`."""
     for k in range(len(out)):
         a, b = shaped(poses, 16 * k, (4, 4)), shaped(poses, 16 * k + 16, (4, 4))
         out[k, 0], out[k, 1], out[k, 2] = rotation_log(difference(rows_of(b), rows_of(a)))

@@ -27,7 +27,7 @@ def pose_figures(model, numbers, poses, q):
 
 @kernel
 def _pose_figures(model, numbers, poses, q, out, memory):
-    """Do what pose_figures says."""
+    """Implement `pose_figures`."""
     geometry, _, _ = unpack_model(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (buffer_size(model),))
     work, recorder, _ = make_records(

@@ -28,7 +28,7 @@ def sharpen(model, exact, poses, q):
 
 @kernel
 def _sharpen(model, exact, poses, q, memory):
-    """Do what sharpen says."""
+    """Implement `sharpen`."""
     n, size = q.shape[1], memory_size(model, 1)
     rest, start = shaped(memory, 0, (size,)), shaped(memory, size, (n,))
     out, nothing = shaped(memory, size + n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
@@ -65,7 +65,7 @@ def smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh)
 
 @kernel
 def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, between):
-    """Do what smooth says."""
+    """Implement `smooth`."""
     count, n = q.shape
     size = memory_size(model, 1)
     rest, start = shaped(memory, 0, (size,)), shaped(memory, size, (n,))

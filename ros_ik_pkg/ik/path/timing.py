@@ -189,7 +189,7 @@ def fit_spline(q, stops, durations, v, a, scratch):
 
 @kernel
 def fit_one(q, durations, v, a, first, last, scratch):
-    """Do what fit_spline says for one joint between two rests (the tridiagonal system of the velocities)."""
+    """Implement `fit_spline` for one joint between two rests (the tridiagonal system of the velocities)."""
     v[first] = a[first] = v[last] = a[last] = 0.0
     upper, right = scratch[0], scratch[1]
     upper[first], right[first] = 0.0, 0.0

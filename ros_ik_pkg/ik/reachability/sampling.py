@@ -52,7 +52,7 @@ def mark_samples(model, lower, spans, corner, step, shape, parts, first, count, 
 
 @kernel
 def _mark(model, lower, spans, corner, step, shape, parts, first, count, margin, memory, none, found, q):
-    """Do what mark_samples says."""
+    """Implement `mark_samples`."""
     geometry, _, _ = unpack_model(model)
     joints = make_joints(model, memory)
     size = joints_size(model)
@@ -102,7 +102,7 @@ def mark_near(model, sources, lower, upper, spread, tries, corner, step, shape, 
 @kernel
 def _mark_near(model, sources, lower, upper, spread, tries, corner, step, shape, parts, first, margin, memory, none,
                known, out):  # fmt: skip
-    """Do what mark_near says."""
+    """Implement `mark_near`."""
     geometry, _, _ = unpack_model(model)
     joints = make_joints(model, memory)
     size, n, new = joints_size(model), sources.shape[1], 0
@@ -136,7 +136,7 @@ def look_at(model, configurations, corner, step, shape, parts):
 
 @kernel
 def _look_at(model, configurations, corner, step, shape, parts, memory, q, columns, U, W, sigma, cells, sigmas):
-    """Do what look_at says."""
+    """Implement `look_at`."""
     geometry, _, _ = unpack_model(model)
     joints = make_joints(model, memory)
     for k in range(len(configurations)):

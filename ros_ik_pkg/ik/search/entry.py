@@ -82,7 +82,7 @@ def solve_one(model, numbers, target, seed, row):
 
 @inlined
 def _solve_one(model, numbers, target, seed, row, rows):
-    """Do what solve_one says; `rows` is for no trace, or None for what solve_usual leaves out."""
+    """Implement `solve_one`; `rows` is for no trace, or None for what solve_usual leaves out."""
     n = len(row) - WIDTH
     if target.shape != (4, 4) or len(seed) != n:
         return False
@@ -120,7 +120,7 @@ def memory_size(model, answers):
 
 @kernel
 def solve_rows(model, numbers, targets, seeds, references, out, answers, touching, rows, memory):
-    """Do what solve_range says. Its memory: three integers, a workspace, scores of the starts, an Obstruction, ranks of
+    """Implement `solve_range`. Its memory: three integers, a workspace, scores of the starts, an Obstruction, ranks of
     answers."""
     small_loops()
     n = out.shape[1] - WIDTH

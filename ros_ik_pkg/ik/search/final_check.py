@@ -1,4 +1,4 @@
-"""A second look at an answer, apart from the loop that found it: limits, and the tip against the target."""
+"""The final check of a solution, independent of the loop that found it: joint limits, and the pose of the tip."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ ROUNDING = 1e-13  # m, rad: two ways to compute one error differ by this much at
 
 @compiled
 def passes(model, numbers, target, q):
-    """Return whether q (n,) is within the limits, where they count, and brings the tip to the pose `target` (4, 4).
+    """Return whether q (n,) keeps the limits, if they are respected, and brings the tip to the pose `target` (4, 4).
 
-    `model` is an arm's, `numbers` those of SolveOptions. False does not mean that q is wrong where the rows of the
-    task do not all count alike: such a task is not looked into.
+    `model` is a packed arm, `numbers` those of SolveOptions. For a task with weights or tolerances of single rows the
+    result is always False: such a solution needs the detailed check.
     """
     return _passes(model, numbers, target, q, np.empty(joints_size(model)))
 
 
 @kernel
 def _passes(model, numbers, target, q, memory):
-    """Do what `passes` says; ||R* - R|| = sqrt(8) sin(angle / 2)."""
+    """Implement `passes`; ||R* - R|| = sqrt(8) sin(angle / 2)."""
     geometry, _, _ = unpack_model(model)
     tuning = tuning_of(numbers)
     for r in range(6):

@@ -2,9 +2,9 @@
 
 Take a point on every revolute axis. Points on neighbouring axes are fixed in one link, so their distance never
 changes, and the chain of points cannot be longer than the sum of those distances. The first point is fixed in the
-base, the last one in the tip frame. Any points make a valid bound; sliding each one along its axis to where the way
-from its neighbour to its other neighbour is shortest (the law of reflection) makes it tight: a spherical wrist
-counts as one point.
+base, the last one in the tip frame. Any points make a valid bound. Sliding each one along its axis to where the path
+between its two neighbours is shortest (the law of reflection) makes the bound tight: a spherical wrist counts as one
+point.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SWEEPS = 30
 
 
 def make_reach(geometry: Geometry) -> Reach:
-    """Compute the bound of one chain; its length is infinite where a joint may slide without end."""
+    """Compute the bound of one chain; its length is infinite if a joint may slide without end."""
     frames, length = _axes_at_zero(geometry)
     turning = [k for k in range(len(geometry.prismatic)) if not geometry.prismatic[k]]
     tip = frames[-1]
@@ -35,7 +35,7 @@ def make_reach(geometry: Geometry) -> Reach:
 
 
 def _axes_at_zero(geometry: Geometry) -> tuple[list[np.ndarray], float]:
-    """Return the frames of all joints and of the tip with every joint value 0, and what sliding can add [m]."""
+    """Return the frames of all joints and of the tip with every joint value 0, and how much sliding can add [m]."""
     frames, pose, slide = [], np.eye(4), 0.0
     for k, row in enumerate(geometry.placements):
         placement = np.eye(4)
@@ -50,7 +50,7 @@ def _axes_at_zero(geometry: Geometry) -> tuple[list[np.ndarray], float]:
 
 
 def _shorten(lines: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
-    """Slide the points along their lines (point, direction) until the way through them hardly gets shorter."""
+    """Slide the points along their lines (point, direction) until the path through them hardly gets shorter."""
     points = [origin.copy() for origin, _ in lines]
     for _ in range(SWEEPS):
         for k, (origin, direction) in enumerate(lines):
@@ -62,7 +62,7 @@ def _shorten(lines: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
 
 
 def _reflect(along: list[float], away: list[float]) -> float:
-    """Return where on a line the way between two points, at these places along and away from it, is shortest."""
+    """Return where on a line the path between two points, at these distances along and away from it, is shortest."""
     if len(along) < 2:
         return along[0] if along else 0.0
     total = away[0] + away[1]
@@ -73,7 +73,7 @@ def _reflect(along: list[float], away: list[float]) -> float:
 def out_of_reach(geometry, reach, task, tuning):
     """Return whether no configuration can reach the target, whatever the limits of joints that turn."""
     if tuning.respect_limits <= 0.0 and slides(geometry):
-        return False  # the lengths end where the slides do
+        return False  # the lengths assume that slides keep their limits
     for r in range(3):
         if task.weights[r] <= 0.0:
             return False

@@ -1,8 +1,9 @@
 """The search: attempts from the seed, then from starts near the target, until a solution is accepted.
 
 An attempt is a descent by the selected method or, in two cases, by Levenberg-Marquardt: from where a descent came so
-close that the tolerances may allow a solution (TO_TOLERANCE), and from the seed if a solution near it is wanted
-(FROM_SEED). What an attempt ends with is finished (whole turns, self-motion) and judged (`acceptance.py`).
+close that the tolerances may allow a solution (TO_TOLERANCE), and from the seed if a solution near it is wanted, or if
+the descent from there ran out of steps (FROM_SEED). What an attempt ends with is finished (whole turns, self-motion)
+and judged (`acceptance.py`).
 """
 
 from __future__ import annotations
@@ -12,7 +13,16 @@ from typing import NamedTuple
 
 from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, BEYOND_TOLERANCE, TOUCHING, judge
 from ros_ik_pkg.ik.descent.closest_approach import approach
-from ros_ik_pkg.ik.descent.descent import CONVERGED, DEADLINE, DIVERGED, OSCILLATING, PAUSED, STALLED, descend
+from ros_ik_pkg.ik.descent.descent import (
+    CONVERGED,
+    DEADLINE,
+    DIVERGED,
+    MAX_ITERATIONS,
+    OSCILLATING,
+    PAUSED,
+    STALLED,
+    descend,
+)
 from ros_ik_pkg.ik.descent.objectives import NONE
 from ros_ik_pkg.ik.descent.self_motion import settle
 from ros_ik_pkg.ik.kernel.clock import passed
@@ -95,7 +105,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     best_norm, status_of_best = math.inf, STALLED
     steps, found, touching, last_news, last_closer, nearest_of_starts, late = 0, 0, 0, 0, 0, -1, False
-    taken, attempts, restarts, kind, eased = 0, 0, 0, BY_METHOD, False
+    taken, attempts, restarts, kind, eased, near_seed = 0, 0, 0, BY_METHOD, False, plan.near_seed
     assign(work.seed, work.q)
     assign(work.best, work.q)
     while attempts < plan.budget:
@@ -159,10 +169,12 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         if late or complete or in_vain or attempts >= plan.budget:
             break
         # Where the next attempt begins
+        if attempts == 1 and status == MAX_ITERATIONS:  # it was on its way to a solution near the seed
+            near_seed = True
         if kind == BY_METHOD and status != CONVERGED and nearest <= plan.close and plan.finish_by_lm:
             kind, eased = TO_TOLERANCE, True
             assign(work.q, work.near)
-        elif plan.near_seed and restarts == 0 and kind != FROM_SEED and plan.finish_by_lm:
+        elif near_seed and restarts == 0 and kind != FROM_SEED and plan.finish_by_lm:
             kind = FROM_SEED
             assign(work.q, work.seed)
         else:

@@ -10,7 +10,7 @@ from ros_ik_pkg.ik.kernel.linalg import assign, fill
 from ros_ik_pkg.ik.step.limits import TURN
 
 SAME_SOLUTION = 1e-2  # rad or m between two solutions that count as one
-NOT_ACCEPTED = 1e9  # added to the rank of a solution that is kept but not accepted: it comes last
+NOT_ACCEPTED = 1e9  # added to the rank of a solution that is kept but not accepted, so that it comes last
 
 
 @kernel

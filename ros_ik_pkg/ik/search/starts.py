@@ -2,7 +2,8 @@
 
 The configurations are points of the R_d sequence (Roberts 2018, the generalised golden ratio) between the joint
 limits, so they are the same on every machine; their poses are computed once per arm. A descent that begins at the
-start whose pose is nearest the target holds four to nine times of ten and takes five steps (docs/performance.md).
+start whose pose is nearest the target converges in eight to nine of ten cases and takes five steps
+(docs/performance.md).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ros_ik_pkg.ik.kernel.numba_insides import on_its_own
 from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.kinematics.pose_error import quaternion
 
-COUNT = 1024  # even, for records.pack_model
+COUNT = 1024  # even, for data_layout.pack_model
 HALF_TURN = math.pi
 WIDE_SLIDE = 200.0  # times the length of the arm: a slide that is longer counts as endless
 
@@ -58,7 +59,7 @@ def sampling_range(geometry):
 
 
 def near_zero(lower, upper, half):
-    """Return a range of length 2 half between the limits, which are further apart, as near to zero as they allow."""
+    """Return the range of length 2 half that is nearest to zero between limits that are further apart."""
     middle = min(max(0.0, lower + half), upper - half)
     return middle - half, middle + half
 
@@ -97,10 +98,10 @@ def _write_poses(model, q, memory, poses):
 
 @kernel
 def nearest_start(scores):
-    """Return which start is the nearest of those that were not used yet.
+    """Return the index of the nearest start that was not used yet.
 
-    Numbers that are not negative have the order of their bits, and whole numbers the compiler compares sixteen at
-    once; of two that are equal the first counts.
+    Non-negative floats have the same order as their bits, and the compiler compares integers sixteen at a time; of
+    two that are equal the first counts.
     """
     on_its_own()
     bits = scores.view(np.int32)
@@ -144,8 +145,8 @@ def next_start(starts, attempt, first, work):
 def score_starts(starts, task, scale, scores):
     """Write how far each start is from the target: 4 |dp|^2 / scale^2 + 2 (1 - |<quaternions>|).
 
-    Position rows in base axes of weight 0 and orientations that are not wanted whole are left out. Single precision
-    and no branches, so that eight starts are scored at once.
+    Position rows of weight 0 in base axes are left out, and the orientation if one of its rows has weight 0. Single
+    precision and no branches, so that eight starts are scored at once.
     """
     on_its_own()
     first = starts.shape[0] - 7

@@ -53,7 +53,7 @@ def bring_inside(arm, q):
 
 @kernel
 def limits_mask(arm, q):
-    """Return a number whose bit i is set where joint i sits on a limit."""
+    """Return a number whose bit i is set if joint i is at a limit."""
     mask = 0
     for i in range(len(q)):
         if q[i] <= arm.lower[i] or q[i] >= arm.upper[i]:
@@ -63,7 +63,7 @@ def limits_mask(arm, q):
 
 @kernel
 def count_at_limits(geometry, q):
-    """Return how many joints sit on a limit."""
+    """Return how many joints are at a limit."""
     count = 0
     for i in range(len(q)):
         count += q[i] <= geometry.lower[i] or q[i] >= geometry.upper[i]
@@ -72,7 +72,7 @@ def count_at_limits(geometry, q):
 
 @inlined
 def step_within_limits(geometry, tuning, norm, work):
-    """Take a step that pushes no joint beyond a limit on which it sits; return its damping.
+    """Compute the step that pushes no joint at a limit outwards; return its damping.
 
     Active set: such joints leave the system (their columns become zero) and the others take over. The gradient
     J^T e says which to begin with; a step that pushes another one outwards is taken again without it.
@@ -103,5 +103,5 @@ def freeze_pushed(geometry, work):
 def pushed_outwards(geometry, work, i):
     """Return whether joint i is at a limit and dq pushes it outwards."""
     q, push = work.q[i], work.dq[i]
-    # Without `and` and `or`: the processor cannot guess signs, but that few joints are at a limit.
+    # `&` and `|`, not `and` and `or`: the sign of `push` is unpredictable, so short-circuiting mispredicts.
     return ((push < 0.0) & (q <= geometry.lower[i])) | ((push > 0.0) & (q >= geometry.upper[i]))

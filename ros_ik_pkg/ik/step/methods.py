@@ -30,7 +30,7 @@ TINY = 1e-300
 
 @inlined
 def take_step(tuning, error_norm, work):
-    """Write the step of the selected method to work.dq and return its damping; NaN to both where there is none."""
+    """Write the step of the selected method to work.dq and return its damping; both are NaN if there is no step."""
     method = int(tuning.method)
     if method == TRANSPOSE:
         transpose_step(work)
@@ -91,7 +91,7 @@ def apply_transpose(rows, columns, y, dq):
 
 @kernel
 def transpose_step(work):
-    """dq = alpha J^T e with alpha = <e, J J^T e> / |J J^T e|^2; zero where the denominator is zero."""
+    """dq = alpha J^T e with alpha = <e, J J^T e> / |J J^T e|^2; zero if the denominator is zero."""
     gradient(work)
     top, bottom = 0.0, 0.0
     for r in range(rows_of(work)):
@@ -107,7 +107,7 @@ def transpose_step(work):
 
 @inlined
 def damped_step(damping, work):
-    """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step where lambda is 0; return whether there is one."""
+    """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step if lambda is 0; return whether there is one."""
     definite, lower, pivots = factor(gram(work.columns, diagonal(work.weights, damping * damping)))
     apply_transpose(ROWS, work.columns, substitute(lower, pivots, work.e), work.dq)
     return definite
@@ -123,7 +123,7 @@ def solve_normal_equations(work):
 
 @inlined
 def diagonal(weights, added):
-    """Return what is added to the diagonal of J J^T: where the row is dropped, a 1 that keeps it out of the system."""
+    """Return what is added to the diagonal of J J^T; for a dropped row, a 1 that keeps it out of the system."""
     return (
         added if weights[0] > 0.0 else 1.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,
         added if weights[3] > 0.0 else 1.0, added if weights[4] > 0.0 else 1.0, added if weights[5] > 0.0 else 1.0,
@@ -190,7 +190,7 @@ def normal_equations_step(work):
 
 @kernel
 def sdls_step(max_step, work):
-    """Selectively damped least squares (Buss & Kim 2005): every singular direction has a bound of its own.
+    """Selectively damped least squares (Buss & Kim 2005): every singular direction has its own bound.
 
     With J = U S V^T, target blocks l (position, orientation) and rho_lj = |column j of block l|:
     a_i = <u_i, e>, N_i = sum_l |u_il|, M_i = (1/s_i) sum_l sum_j |v_ji| rho_lj, gamma_i = min(1, N_i/M_i) gamma_max,

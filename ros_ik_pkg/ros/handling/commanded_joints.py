@@ -1,4 +1,4 @@
-"""Where the joints of a robot were told to be, by name: kept while its arm is loaded anew, with other frames too."""
+"""Last commanded joint positions, by joint name; they survive reloading the arm, also with other frames."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class CommandedJoints:
         self._told.update(zip(arm.joint_names, command.tolist()))
 
     def of(self, arm: Arm) -> np.ndarray | None:
-        """Return where the joints of an arm were told to be (n,) [rad, m]; None where that is not known of all."""
+        """Return the last commanded positions (n,) [rad, m] of an arm; None if one is unknown."""
         self._belong_to(arm)
         if not self._told.keys() >= set(arm.joint_names):
             return None
         return np.array([self._told[name] for name in arm.joint_names])
 
     def _belong_to(self, arm: Arm) -> None:
-        """Forget the joints of another robot."""
+        """Forget everything if the robot is another one."""
         if arm.name != self._robot:
             self._robot, self._told = arm.name, {}

@@ -1,6 +1,6 @@
-"""The last look at an answer before it goes out to motors, apart from the solver: FK, tolerance, limits.
+"""The final check of a solution before it is published, independent of the solver: FK, tolerance, limits.
 
-Good answers to whole poses are let through by one call into compiled code; all others are looked at in detail.
+One compiled call passes good solutions of complete poses; everything else is checked in detail.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from ros_ik_pkg.ik import Arm, Contact, SolveOptions
 from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ik.search.final_check import ROUNDING, passes
 
-MOTION_STEP = 0.02  # rad or m of the joint that moves most, between two looks at a motion
+MOTION_STEP = 0.02  # rad or m of the joint that moves most, between two checks along a motion
 
 
 def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> str:
-    """Say why q (n,) must not be published for the target (4, 4) in the base frame; empty where it may."""
+    """Return why q (n,) must not be published for the target (4, 4) in the base frame; empty if it may."""
     if passes(arm.packed, options.numbers, target, q):
         return ''
     if fault := fault_of_command(q, arm, options):
@@ -37,7 +37,7 @@ def fault_of_pose(base_from_tip: np.ndarray, target: np.ndarray, options: SolveO
 
 
 def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
-    """Say why q (n,) must not be published wherever it leads: not finite, or outside the limits."""
+    """Return why q (n,) must not be published for any target: not finite, or outside the limits; else empty."""
     positions = q.tolist()
     if not all(map(math.isfinite, positions)):
         return 'it is not finite'
@@ -51,8 +51,8 @@ def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
 def contact_of(
     q: np.ndarray, start: np.ndarray | None, room: Room | None, options: SolveOptions, whole_motion: bool = False
 ) -> str:
-    """Say what touches at q (n,), or on the straight line of the joints from `start` to q if `whole_motion` counts;
-    empty if nothing does. By coal, which shares nothing with the search.
+    """Return what touches at q (n,), or on the straight line of the joints from `start` to q if `whole_motion` is set;
+    empty if nothing does. Computed by coal, which shares no code with the search.
 
     An arm that touches something at `start` may go where it touches less.
     """
@@ -75,7 +75,7 @@ def contact_of(
 
 
 def describe(contact: Contact) -> str:
-    """Say how near two things are."""
+    """Return a sentence about the distance of two bodies."""
     depth = contact.clearance
     return f'are {1e3 * depth:.3g} mm apart' if depth > 0.0 else f'touch, {-1e3 * depth:.3g} mm deep'
 
@@ -96,9 +96,9 @@ def errors_between(base_from_tip: np.ndarray, target: np.ndarray, options: Solve
 
 
 def _rotation_vector(rotation: np.ndarray) -> np.ndarray:
-    """Return the logarithm (3,) of a rotation [rad], with all digits near half a turn, where pinocchio.log3 has fewer:
-    an axis that is free may well be off by so much."""
-    # Not by pinocchio.Quaternion(matrix), which loses 80 bytes at every call.
+    """Return the logarithm (3,) of a rotation [rad], accurate near half a turn, where pinocchio.log3 loses digits: the
+    error about a free axis may be that large."""
+    # pinocchio.Quaternion(matrix) would leak 80 bytes at every call.
     x, y, z, w = pin.SE3ToXYZQUAT(pin.SE3(rotation, np.zeros(3)))[3:]
     vector = np.copysign(1.0, w) * np.array([x, y, z])
     sine = np.linalg.norm(vector)

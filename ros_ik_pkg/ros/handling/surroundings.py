@@ -19,7 +19,7 @@ MOVED = 1e-4  # rad or m; joints outside the chain that move by less have not mo
 
 
 class Surroundings:
-    """Makes the World of each target; the same one while nothing changes."""
+    """Makes the World for each target; the same object while nothing changes."""
 
     def __init__(self, joint_states: JointStates) -> None:
         self.markers = ObstacleMarkers()
@@ -31,12 +31,12 @@ class Surroundings:
         self._said: tuple[str, ...] = ()
 
     def read(self, settings: Settings) -> None:
-        """Read the obstacles_file of settings that may come to count; raises ModelError."""
+        """Read the obstacles_file of new settings, so that errors show before they apply; raises ModelError."""
         source = settings.obstacles_file
         self._files[source] = read_obstacles(source) if source else ()
 
     def world(self, arm: Arm, settings: Settings) -> tuple[World | None, tuple[str, ...]]:
-        """Return the world of this moment, None if contact does not count, and notes."""
+        """Return the current World, or None if contact does not count, and notes."""
         if not settings.options.avoid_collisions or not arm.shaped:
             return None, ()
         outside = arm.contacts.outside

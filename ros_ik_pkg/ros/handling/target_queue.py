@@ -1,4 +1,4 @@
-"""Which target is handled next: the newest. One that waits for its transform does not hold up the others."""
+"""Selects the next target: the newest. A target that waits for its transform does not block others."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rclpy.node import Node
 from ros_ik_pkg.ros.handling.result import Result
 from ros_ik_pkg.ros.runtime.timers import OneShot
 
-TRANSFORM_PERIOD = 0.01  # s between two looks for a transform
+TRANSFORM_PERIOD = 0.01  # s between two tries to find a transform
 
 
 class Arrival(NamedTuple):
@@ -24,9 +24,9 @@ class Arrival(NamedTuple):
 class TargetQueue:
     """Keeps the newest target, and one that waits for its transform with the newest such target behind it.
 
-    After each target, what has arrived meanwhile (parameters, joint states, timers) has its turn before the next one.
-    An executor alone does not see to that: the EventsExecutor takes events in their order, so events of targets that
-    take longer than they arrive pile up in front of all others.
+    After each target, all events that have arrived meanwhile (parameters, joint states, timers) are handled before the
+    next target. An executor alone does not ensure this: the EventsExecutor takes events in order, so if targets arrive
+    faster than they are solved, their events delay all others.
 
     handle(data, waited): returns the result, or None if the target can still wait for its transform; `waited` is the
     time since it arrived [s].
@@ -49,12 +49,12 @@ class TargetQueue:
         self._waiting: Arrival | None = None  # for its transform
         self._next: Arrival | None = None  # to wait for its transform
         self._look = OneShot(node, TRANSFORM_PERIOD, self._look_again)
-        self._free = True  # whether all else has had its turn since the last target
-        self._queued = False  # whether the turn of the newest is queued behind all else
+        self._free = True  # whether all other events have been handled since the last target
+        self._queued = False  # whether the newest is queued behind all other events
         self._ended = 0.0  # s, perf_counter: when the last target was handled
 
     def put(self, data: bytes) -> None:
-        """Handle a target, the bytes of a message; or keep it for its turn in place of one that waits for that."""
+        """Handle a target, the bytes of a message, or keep it for later instead of an older one."""
         self._newest = Arrival(data, time.perf_counter())
         if self._free:
             self._handle_newest()
@@ -63,7 +63,7 @@ class TargetQueue:
             self._node.executor.create_task(self._take_turn)
 
     def all_had_their_turn(self, since: float) -> None:
-        """Note that all that arrived before a time [s, perf_counter] has had its turn."""
+        """Note that all events that arrived before a time [s, perf_counter] have been handled."""
         self._free |= since > self._ended
 
     def close(self) -> None:

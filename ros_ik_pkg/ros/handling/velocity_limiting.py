@@ -15,7 +15,7 @@ LONGEST_TIME = 1e6  # s; a message holds no more than 2^31
 
 
 class StepError(Exception):
-    """No configuration is both within the limits and within reach of one step, because of the joint of that index."""
+    """No configuration is both within the limits and within one step, because of the joint of that index."""
 
     def __init__(self, joint: int) -> None:
         super().__init__(f'joint {joint} is further outside its limits than one step leads')
@@ -25,12 +25,12 @@ class StepError(Exception):
 def limited_step(
     start: np.ndarray, goal: np.ndarray, reach: np.ndarray, lower: np.ndarray, upper: np.ndarray, mode: str
 ) -> tuple[np.ndarray, float]:
-    """Take the step from `start` towards `goal` as far as it may go.
+    """Return the step from `start` towards `goal`, shortened to what each joint may move.
 
     Parameters
     ----------
     start, goal : (n,) arrays
-        Where the joints are and where they shall be [rad, m]; `goal` is within the limits, `start` need not be.
+        Present and desired joint positions [rad, m]; `goal` is within the limits, `start` need not be.
     reach : (n,) array
         How far each joint may go [rad, m]; inf for any distance.
     lower, upper : (n,) arrays
@@ -41,14 +41,14 @@ def limited_step(
     Returns
     -------
     q : (n,) array
-        Within the limits and within reach; `goal` itself where that is.
+        Within the limits and within reach; `goal` itself if it is.
     fraction : float
-        Share of its way, 0 to 1, that the joint has gone which is held back most.
+        Fraction (0 to 1) of its motion that the most restricted joint completes.
 
     Raises
     ------
     StepError
-        Where `start` is so far outside the limits that one step does not lead back inside.
+        If `start` is so far outside the limits that one step does not lead back inside.
 
     """
     low, high = np.maximum(lower, start - reach), np.minimum(upper, start + reach)
@@ -62,14 +62,14 @@ def limited_step(
 
 
 def _share(distance: np.ndarray, reach: np.ndarray) -> float:
-    """Return the smallest share, at most 1, of the distances (n,) that is within reach (n,)."""
+    """Return the largest fraction, at most 1, of the distances (n,) that is within reach (n,)."""
     moving = distance > 0.0
     with np.errstate(over='ignore'):
         return float(np.min(reach[moving] / distance[moving], initial=1.0))
 
 
 def reach_of_step(velocity_limits: np.ndarray, duration: float) -> np.ndarray:
-    """Return how far each joint may go (n,) [rad, m] in a time [s]; inf where no limit (n,) [rad/s, m/s] is known."""
+    """Return how far each joint may go (n,) [rad, m] in a time [s]; inf if no limit (n,) [rad/s, m/s] is known."""
     return np.where(np.isinf(velocity_limits), np.inf, np.minimum(velocity_limits, 1e12) * duration)
 
 
@@ -79,11 +79,10 @@ def travel_time(start: np.ndarray, goal: np.ndarray, velocity_limits: np.ndarray
 
 
 class StepTimer:
-    """Time since the last step, never longer than a bound; the bound itself where there is no last one.
+    """Time since the last step, at most a given bound; the bound itself if there was no step.
 
-    It is steady time, so that nobody who sets the clock makes an arm leap. On simulated time (`use_sim_time`) it is
-    that one: a simulated arm moves in it. It stands still with the simulation, and where it runs backwards, everything
-    has begun anew.
+    It is steady time, so that setting the clock cannot make an arm leap. With `use_sim_time` it is simulated time,
+    in which a simulated arm moves: it pauses with the simulation, and if it runs backwards, there was no last step.
     """
 
     def __init__(self, clock: ROSClock) -> None:
@@ -101,7 +100,7 @@ class StepTimer:
         return min(now - self._last, longest)
 
     def step_taken(self, now: float) -> None:
-        """Count from now on."""
+        """Start counting now."""
         self._last = now
 
     def restart(self) -> None:

@@ -1,4 +1,4 @@
-"""Obstacles from markers: what is added, changed and deleted, in the base frame."""
+"""Obstacles from markers, in the base frame: added, changed and deleted."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Place = Callable[[Header], np.ndarray]  # pose (4, 4) of a header's frame in the
 
 
 class ObstacleMarkers:
-    """The obstacles that markers have told of, each until it is deleted or its lifetime ends."""
+    """The obstacles that markers have added, each until it is deleted or its lifetime ends."""
 
     def __init__(self) -> None:
         self._obstacles: dict[tuple[str, int], tuple[Obstacle, float]] = {}  # and when it ends [s, monotonic]
 
     def take(self, message: MarkerArray, place: Place) -> list[str]:
-        """Take all markers of a message that make sense; return why the others are left aside."""
+        """Apply all valid markers of a message; return why the others are ignored."""
         reasons = []
         for marker in message.markers:
             key = marker.ns, marker.id
@@ -57,7 +57,7 @@ class ObstacleMarkers:
 def read_marker(marker: Marker, base_from_frame: np.ndarray) -> Obstacle:
     """Return the obstacle of a marker; spheres and cylinders that are not round count with their largest diameter.
 
-    Raises ArgumentError if the marker is none.
+    Raises ArgumentError if the marker is not an obstacle.
     """
     kind = KINDS.get(marker.type)
     if kind is None:

@@ -12,26 +12,26 @@ from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.input.target import Target
 
-QUATERNION_SLACK = 0.01  # a norm this far from 1 is rounding or a slip; beyond it, no rotation was meant
-QUATERNION_ROUNDING = 1e-6  # nearer to 1 than this needs no mention
+QUATERNION_SLACK = 0.01  # norms further from 1 than this are refused; nearer ones are normalised
+QUATERNION_ROUNDING = 1e-6  # normalised without a note
 MAX_DISTANCE = 1e6  # m; further off, a millimetre is lost in the rounding
 
 
 def target_pose(target: Target) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return the pose (4, 4) [m] in the frame of the target, and notes on what was mended.
+    """Return the pose (4, 4) [m] in the frame of the target, and notes on what was corrected.
 
     Raises RefusedError on numbers that are not finite, positions beyond MAX_DISTANCE and quaternions whose
     norm is further than QUATERNION_SLACK from 1.
     """
     position, quaternion = target.position, target.orientation
     norm = math.hypot(*quaternion)
-    # NaN is within no bound.
+    # NaN fails every comparison.
     good = abs(norm - 1.0) <= QUATERNION_ROUNDING and math.hypot(*position) <= MAX_DISTANCE
     return pose_matrix(*position, *quaternion), () if good else _mended(position, quaternion, norm)
 
 
 def _mended(position: tuple[float, ...], quaternion: tuple[float, ...], norm: float) -> tuple[str, ...]:
-    """Say what was mended in a pose that is not quite as it should be; refuse what cannot be meant."""
+    """Return notes on what is corrected in a pose that is slightly off; raise RefusedError if it is not a pose."""
     for name, values in (('position', position), ('orientation', quaternion)):
         if not all(map(math.isfinite, values)):
             raise RefusedError('not_finite', f'target {name} is {list(values)}; expected finite numbers')
@@ -47,11 +47,11 @@ def _mended(position: tuple[float, ...], quaternion: tuple[float, ...], norm: fl
 
 
 def transform_matrix(transform: Transform) -> np.ndarray:
-    """Return a transform as a matrix (4, 4) [m]; TF has seen to it that its numbers are good."""
+    """Return a transform as a matrix (4, 4) [m]; TF has already checked its numbers."""
     p, q = transform.translation, transform.rotation
     return pose_matrix(p.x, p.y, p.z, q.x, q.y, q.z, q.w)
 
 
 def stamp_text(stamp: Time) -> str:
-    """Write a stamp [s] with all its digits."""
+    """Return a stamp [s] as text with all its digits."""
     return f'{stamp.sec}.{stamp.nanosec:09d}'

@@ -1,4 +1,4 @@
-"""A target as it came."""
+"""A target as it was received."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from geometry_msgs.msg import PoseStamped
 
 
 class Target(NamedTuple):
-    """What a PoseStamped holds, without its eight objects: to make them takes longer than to solve.
+    """The content of a PoseStamped without its eight Python objects, whose creation takes longer than a solve.
 
-    Its numbers are as they came, neither checked nor mended.
+    Its numbers are neither checked nor corrected.
     """
 
     sec: int
@@ -22,7 +22,7 @@ class Target(NamedTuple):
 
     @classmethod
     def of(cls, message: PoseStamped) -> Target:
-        """Return the target that a message holds."""
+        """Return the target in a message."""
         header, p, q = message.header, message.pose.position, message.pose.orientation
         return cls(header.stamp.sec, header.stamp.nanosec, header.frame_id, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
@@ -32,4 +32,4 @@ class Target(NamedTuple):
         return Time(sec=self.sec, nanosec=self.nanosec)
 
 
-UNREAD = Target(0, 0, '', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))  # stands for what could not be read
+UNREAD = Target(0, 0, '', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))  # stands for a target that could not be read

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class HealthLimits:
-    """From where on the level is WARN or ERROR; 0 switches a limit off. The parameters `diagnostics.*`."""
+    """Thresholds from which the level is WARN or ERROR; 0 disables one. The parameters `diagnostics.*`."""
 
-    warn_failed_ratio: float  # of the targets of a period, those that failed or were refused
+    warn_failed_ratio: float  # fraction of the targets of a period that failed or were refused
     error_failed_ratio: float
     warn_latency: float  # s, 99th percentile
     error_latency: float

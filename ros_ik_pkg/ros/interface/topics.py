@@ -69,7 +69,7 @@ def _planning_scene_topics() -> tuple[Topic, ...]:
                  for name, (kind, text) in SCENE.items() if hasattr(messages, kind))
 
 
-TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'where the tip shall be; only the newest one waits')
+TARGET_POSE = Topic('target_pose', PoseStamped, 'in', 'desired pose of the tip; only the newest one waits')
 FIRST_TARGET_POSE = Topic(
     'first_target_pose', PoseStamped, 'in',
     'where the first of tip_frames is wanted; in the frame of the second: relative to it',

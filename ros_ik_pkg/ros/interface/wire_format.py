@@ -9,5 +9,5 @@ from __future__ import annotations
 from struct import Struct
 
 HEAD = 4  # bytes
-LITTLE_ENDIAN = b'\x00\x01'  # how the head begins; its other half are options, of no account here
+LITTLE_ENDIAN = b'\x00\x01'  # first half of the head; the other half holds options, which are ignored
 STAMP = Struct('<iI')

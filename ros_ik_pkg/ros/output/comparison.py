@@ -1,4 +1,4 @@
-"""The methods side by side on the node's targets: after the solution, on a thread of its own."""
+"""The comparison of methods on the node's targets, after the solution and on a thread of its own."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
 
 @dataclass(frozen=True)
 class Job:
-    """What to compare on: an answered target, and the methods and options of that moment."""
+    """The input of a comparison: a solved target, and the methods and options at that time."""
 
     result: Result
     methods: tuple[str, ...]
@@ -41,7 +41,7 @@ class Comparison:
         self.worker: BackgroundWorker[Job] = BackgroundWorker(node, 'comparison', self._publish, 1)
 
     def submit(self, result: Result, compare: tuple[str, ...], options: SolveOptions) -> None:
-        """Compare on an answered target, where methods are asked for and somebody listens."""
+        """Compare on a solved target, if methods are selected and a topic has subscribers."""
         methods = METHODS if 'all' in compare else compare
         if methods and result.base_from_target is not None and result.solution is not None and self._wanted():
             self.worker.submit(Job(result, methods, options))
@@ -50,7 +50,7 @@ class Comparison:
         return self._statuses.heard or self._paths.heard or self._traces.heard
 
     def _publish(self, job: Job) -> None:
-        """Run the methods and publish: traces, then figures, so that who has the figures has the traces too."""
+        """Run the methods and publish: traces first, so that subscribers who have the figures have the traces too."""
         result = job.result
         runs = compare_methods(result.arm, result.base_from_target, result.seed, job.methods, job.options)
         if self._traces.heard:

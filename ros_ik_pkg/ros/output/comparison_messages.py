@@ -19,8 +19,8 @@ from ros_ik_pkg.ros.output.messages import base_header
 from ros_ik_pkg.ros.output.statuses import key_values
 
 FIGURES = ('method', 'iterations', 'position_error', 'orientation_error', 'time', 'sigma_min')
-MAX_POINTS = 400  # of a path; a transpose run has thousands, each nearer to the next than a pixel
-EVERY_ONE = 100  # points from the start on, where steps are long
+MAX_POINTS = 400  # of a path; a transpose run has thousands, less than a pixel apart
+EVERY_ONE = 100  # points at the start, where steps are long
 LINE_WIDTH, TARGET_SIZE, TEXT_HEIGHT, LINE_SPACING = 0.004, 0.03, 0.03, 0.04  # m
 
 
@@ -46,7 +46,7 @@ def _figures(run: MethodRun) -> dict[str, Any]:
 
 
 def paths_message(result: Result, runs: Sequence[MethodRun]) -> MarkerArray:
-    """Return the way of the tip for each method, a legend above the target, and the target in red."""
+    """Return the path of the tip for each method, a legend above the target, and the target in red."""
     header = base_header(result)
     target = result.base_from_target[:3, 3].tolist()
     markers = [Marker(header=header, action=Marker.DELETEALL), _target(header, target)]
@@ -68,7 +68,7 @@ def _path(header: Header, run: MethodRun) -> Marker:
 
 
 def _points(positions: np.ndarray) -> Iterator[Point]:
-    """Thin a long path out: the first points all, of the others as many as are left."""
+    """Thin out a long path: keep all of the first points and evenly chosen others."""
     last = len(positions) - 1
     chosen = np.linspace(0, last, MAX_POINTS - EVERY_ONE).astype(int) if last >= MAX_POINTS else np.arange(last + 1)
     chosen = np.union1d(chosen, np.arange(min(EVERY_ONE, last)))

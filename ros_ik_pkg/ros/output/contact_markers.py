@@ -1,4 +1,4 @@
-"""The two nearest points of an answer as markers for RViz."""
+"""The two nearest points of a solution as markers for RViz."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TOUCHING, CLEAR = ColorRGBA(r=0.85, g=0.1, b=0.1, a=1.0), ColorRGBA(r=0.2, g=0.6
 
 
 def contact_markers(result: Result) -> MarkerArray:
-    """Return the nearest points of an answer, the line between them, and what they belong to; red if they touch."""
+    """Return the nearest points of a solution, the line between them and the names of the bodies; red if they touch."""
     contact = result.solution.contact
     if not contact.links:
         return MarkerArray(markers=[Marker(header=base_header(result), action=Marker.DELETEALL)])

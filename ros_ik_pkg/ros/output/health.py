@@ -97,8 +97,7 @@ class Health:
         latency = _percentile(self.latencies, 99)
         yield _level(latency, limits.warn_latency, limits.error_latency), f'latency p99 {1e3 * latency:.3g} ms'
         if self.internal_errors:
-            count = self.internal_errors
-            yield ERROR, f'{count} target{"s" if count > 1 else ""} met an internal error'
+            yield ERROR, f'internal errors: {self.internal_errors}'
 
     def _figures(self, period: float) -> dict[str, Any]:
         """Rates [1/s], times [s] and what went wrong how often."""
@@ -128,8 +127,10 @@ def _inputs(
     if waiting:
         yield WARN, waiting
     if joint_states_age is not None:
-        since = f'for {joint_states_age:.1f} s' if math.isfinite(joint_states_age) else 'of every joint yet'
-        yield _level(joint_states_age, limits.joint_states_silence), f'no joint states {since}'
+        text = f'no joint states for {joint_states_age:.1f} s'
+        if not math.isfinite(joint_states_age):
+            text = 'not every joint has reported a position yet'
+        yield _level(joint_states_age, limits.joint_states_silence), text
     yield _level(target_age, limits.target_silence), f'no target for {target_age:.1f} s'
 
 

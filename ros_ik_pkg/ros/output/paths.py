@@ -18,7 +18,7 @@ from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.runtime.background_worker import BackgroundWorker
 from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
 
-WAITING = 100  # paths; all but the newest are refused in their turn
+WAITING = 100  # paths; all but the newest are refused
 LOG_PERIOD = 1.0  # s
 
 

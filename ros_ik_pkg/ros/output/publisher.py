@@ -1,4 +1,4 @@
-"""A publisher that knows whether anybody listens."""
+"""A publisher that knows whether it has subscribers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ros_ik_pkg.ros.interface.topics import OVERRIDABLE, Topic
 
 
 class Publisher:
-    """A publisher of a topic that knows whether anybody listens.
+    """A publisher of a topic that knows whether it has subscribers.
 
-    The middleware tells as listeners come and go; to ask it for every target takes as long as a solve.
+    The middleware reports when subscribers come and go; asking it for every target would take as long as a solve.
     """
 
     def __init__(self, node: Node, topic: Topic) -> None:

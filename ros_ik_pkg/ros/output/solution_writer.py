@@ -1,4 +1,4 @@
-"""Writes solutions as bytes, without their Python objects."""
+"""Writes solutions as bytes, without creating Python objects."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ros_ik_pkg.ros.interface.wire_format import HEAD, LITTLE_ENDIAN, STAMP
 
 
 class SolutionWriter:
-    """Writes one message again and again, with other stamps and positions, of which it must have some."""
+    """Serialises one JointState repeatedly, changing only stamp and positions (at least one joint)."""
 
     def __init__(self, message: JointState) -> None:
         self._message = message
@@ -37,7 +37,7 @@ class SolutionWriter:
 
 
 def _same(data: bytes, message: JointState) -> bool:
-    """Whether rclpy reads the message in these bytes."""
+    """Return whether rclpy reads the message from these bytes."""
     try:
         return deserialize_message(data, JointState) == message
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""A thread for what is not urgent: it works in the gaps between targets, and drops what it cannot keep up with."""
+"""A thread for work that is not urgent: it works in the gaps between targets and drops jobs if there are too many."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from typing import Generic, TypeVar
 from rclpy.node import Node
 
 Job = TypeVar('Job')
-QUIET = 0.002  # s since the newest job was given, its target answered, after which one may begin
-PERIOD = 0.05  # s from one job to the next where targets leave no such gap
+QUIET = 0.002  # s after the newest job was submitted until a job may begin
+PERIOD = 0.05  # s from one job to the next if targets leave no such gap
 LOG_PERIOD = 1.0  # s between tracebacks in the log
 
 
 class BackgroundWorker(Generic[Job]):
     """Does jobs one after the other, in their order, on a thread of its own.
 
-    Building messages is Python, of which only one thread runs at a time, so a job stands in the way of a target that
-    comes meanwhile. Jobs therefore begin in the gaps between targets, and where targets leave no gap, at most one in
-    PERIOD. Of the jobs that wait no more than `capacity` are kept, the newest; `dropped` counts the others.
+    Building messages runs in Python, in which only one thread runs at a time, so a job delays a target that arrives
+    meanwhile. Jobs therefore begin in the gaps between targets, or at most once per PERIOD if there are no gaps. Only
+    the newest `capacity` waiting jobs are kept; `dropped` counts the others.
     """
 
     def __init__(self, node: Node, name: str, do: Callable[[Job], None], capacity: int) -> None:
@@ -35,7 +35,7 @@ class BackgroundWorker(Generic[Job]):
         self._thread: threading.Thread | None = None
 
     def submit(self, job: Job) -> None:
-        """Let a job wait for its turn; the one that waits longest makes room where there is none."""
+        """Queue a job; if the queue is full, drop the oldest."""
         if self._thread is None:
             self._thread = threading.Thread(target=self._work, name=self._name)
             self._thread.start()
@@ -61,7 +61,7 @@ class BackgroundWorker(Generic[Job]):
             self._thread.join()
 
     def _work(self) -> None:
-        """Do job after job until closed; an error in one ends nothing."""
+        """Do jobs until closed; an error in one is logged."""
         while self._wait_for_turn():
             with self._wake:
                 job = self._jobs.popleft()
@@ -82,7 +82,7 @@ class BackgroundWorker(Generic[Job]):
         return False
 
     def _delay(self) -> float | None:
-        """Return the time [s] until the next job may begin; None where there is none."""
+        """Return the time [s] until the next job may begin; None if there is none."""
         if not self._jobs:
             return None
         return min(self._newest + QUIET, self._done + PERIOD) - time.monotonic()

@@ -9,9 +9,9 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 
 
 def full_name(name: str, node: Node) -> str:
-    """Return the full name of a node as `node` would say it: relative names are in its namespace.
+    """Return the full name of a node; relative names are in the namespace of `node`.
 
-    Raises ValueError where it is no name.
+    Raises ValueError if it is not a valid name.
     """
     try:
         found = expand_topic_name(name, node.get_name(), node.get_namespace())
@@ -29,5 +29,5 @@ def name_in_statuses(node: Node) -> str:
 
 
 def short_name(name: str) -> str:
-    """Return the full name of a node as its statuses have it: without the slash if it has no namespace."""
+    """Return the full name of a node as in its statuses: without the slash if it has no namespace."""
     return name.removeprefix('/') if name.count('/') == 1 else name

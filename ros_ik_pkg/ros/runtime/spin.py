@@ -1,4 +1,4 @@
-"""A node from start to end: init, spin, stop, and exit codes."""
+"""The life of a node: init, spin, stop, and exit codes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ros_ik_pkg.ros.runtime.stop_flag import StopFlag
 
 CANNOT_START, BAD_VALUE = 1, 2  # exit codes
 SPIN_PERIOD = 0.1  # s, how often a pending signal is looked for
-SWITCH_INTERVAL = 0.0005  # s that another thread may go on while a target waits for the interpreter
+SWITCH_INTERVAL = 0.0005  # s that another thread may continue while a target waits for the interpreter
 LOG_PERIOD = 1.0  # s between tracebacks in the log
 
 
@@ -27,14 +27,14 @@ def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -
     """Make the node, spin it until the flag is set, and return the exit code."""
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # whatever is wrong with the command line or the parameters file
+    except Exception as error:  # any error in the command line or the parameters file
         print(f'{NODE_NAME}: cannot start: {error}', file=sys.stderr, flush=True)  # without init there is no ROS log
         return CANNOT_START
     try:
         node = make_node()
         flag.spinning = True
         sys.setswitchinterval(SWITCH_INTERVAL)
-        gc.freeze()  # what is here now stays: the collector need not look at it again between two targets
+        gc.freeze()  # these objects stay: the collector need not scan them between two targets
         spin(make_executor(), node, lambda: flag.stopped)
         node.destroy_node()
     except IkError as error:
@@ -46,13 +46,13 @@ def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -
 
 
 def spin(executor: Executor, node: Node, stopped: Callable[[], bool]) -> None:
-    """Handle the events of a node until it is stopped; an error in one callback is logged and ends nothing."""
+    """Handle the events of a node until it is stopped; errors in callbacks are logged."""
     executor.add_node(node)
     while not stopped() and node.context.ok():
         try:
-            executor.spin_once(timeout_sec=SPIN_PERIOD)  # without a timeout it would not see that it is stopped
+            executor.spin_once(timeout_sec=SPIN_PERIOD)  # without a timeout it would not notice that it is stopped
         except Exception:
-            if node.context.ok():  # a signal while the program starts shuts down what other threads spin already
+            if node.context.ok():  # a signal during the start shuts down the context while other threads spin
                 node.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
     executor.remove_node(node)
 

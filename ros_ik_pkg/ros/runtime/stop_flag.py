@@ -30,7 +30,7 @@ class StopFlag:
 
     @property
     def stopped(self) -> bool:
-        """Whether the program should end."""
+        """Whether the program should stop."""
         return self._signalled or (self._launcher > 0 and not _exists(self._launcher))
 
     def _stop(self, _number: int, _frame: FrameType | None) -> None:

@@ -32,11 +32,11 @@ class OneShot:
         self._timer.reset()
 
     def overdue(self) -> bool:
-        """Return whether it should have called by now."""
+        """Return whether the call is overdue."""
         return self._timer.is_ready()
 
     def cancel(self) -> None:
-        """Do not call, unless it is started again."""
+        """Cancel the call, until the timer is started again."""
         self._timer.cancel()
 
     def _call(self) -> None:

@@ -58,7 +58,7 @@ class Servo:
         self.use(options)
         self._joint_states_heard = math.inf  # until the first: then its time
         self._paused = self._closing = False
-        self._stopped = True  # a command takes the arm anew
+        self._stopped = True  # a command takes over the arm again
         self._rested = math.inf  # s: for how many periods the commands have stood still, not by a clock that runs on
         self._refused: Finding | None = None  # why the arm must stop before it goes on
 
@@ -176,7 +176,7 @@ class Servo:
         return Finding(0.0, Code.HALTED_CONTACT, fault) if fault else None
 
     def _smooth(self, now: float) -> Motion | None:
-        """Return the motion that whoever has the arm wants over the period, None for none."""
+        """Return the motion over the period that the present owner of the arm wants; None for none."""
         if self.owner is Owner.TWIST:
             motion, finding = self._follower.step(self._command)
             resting = self._follower.standing and not self._command.twist.any()

@@ -136,7 +136,7 @@ def test_where_nothing_can_be_written_it_is_compiled_in_memory():
     assert in_a_new_process(SINE, NUMBA_CACHE_DIR='/dev/null/nowhere').endswith(')\nNone')
 
 
-def test_comments_docstrings_and_places_keep_the_cache_and_a_constant_does_not(tmp_path):
+def test_comments_docstrings_places_and_looks_keep_the_cache_and_a_constant_does_not(tmp_path):
     path = tmp_path / 'a.py'
 
     def digest(text: str) -> str:
@@ -145,6 +145,9 @@ def test_comments_docstrings_and_places_keep_the_cache_and_a_constant_does_not(t
 
     plain = digest('A = 1\n\ndef f():\n    return A\n')
     assert digest('"""Module."""\n# why\nA = 1\n\n\ndef f():\n    """Return A."""\n    return A\n') == plain
+    drawn = "A = 1\nB = Method('m', Look('{}', dash={}), step={})\n"
+    assert digest(drawn.format('#e69f00', '(0, (1, 1))', 1)) == digest(drawn.format('#000000', "'-'", 1))
+    assert digest(drawn.format('#e69f00', '(0, (1, 1))', 1)) != digest(drawn.format('#e69f00', '(0, (1, 1))', 2))
     assert digest('A = 2\n\ndef f():\n    return A\n') != plain
     assert digest('A = 1\n\ndef f():\n    return -A\n') != plain
 

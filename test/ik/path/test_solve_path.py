@@ -311,6 +311,21 @@ def test_a_joint_that_turns_back_at_its_limit_does_not_swing_beyond_it(ur5):
     assert (q >= tight.lower - 1e-12).all() and (q <= tight.upper + 1e-12).all()
 
 
+def test_a_free_turn_about_the_vertical_of_the_base_is_used(ur5):
+    poses = rectangle(ur5, UR5_START)
+    free = SolveOptions(task_weights=(1, 1, 1, 1, 1, 0), task_frame='base')
+    loose = solve_path(ur5, poses, UR5_START, free, PathOptions(**CALM))
+    tight = solve_path(ur5, poses, UR5_START, path=PathOptions(**CALM))
+    assert loose.complete and loose.length < tight.length
+    turns = []
+    for q, wanted in zip(loose.q, loose.base_from_tip):
+        tip = pinocchio_tip(ur5, q)
+        np.testing.assert_allclose(tip[:3, 3], wanted[:3, 3], atol=1e-5)
+        turns.append(pin.log3(wanted[:3, :3] @ tip[:3, :3].T))
+    np.testing.assert_allclose(np.array(turns)[:, :2], 0.0, atol=1e-4)
+    assert np.abs(turns).max() > 0.01
+
+
 def test_what_is_not_clear_is_left_out(ur5):
     poses = rectangle(ur5, UR5_START)
 

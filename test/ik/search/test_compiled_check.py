@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numerics import SEEDS, law
+from numerics import SEEDS, law, pinocchio_tip
 
 from ros_ik_pkg.ik import SolveOptions, load_arm
 from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
@@ -26,9 +26,7 @@ def passes_with(q, target, **options) -> bool:
 def test_it_passes_what_pinocchio_finds_within_both_tolerances(seed, away, turned):
     random = np.random.default_rng(seed)
     q = random.uniform(ARM.lower, ARM.upper)
-    data = ARM.model.createData()
-    pin.framesForwardKinematics(ARM.model, data, pin.neutral(ARM.model) + np.r_[q, np.zeros(ARM.model.nq - ARM.n)])
-    tip = data.oMf[ARM.model.getFrameId(ARM.tip_frame)]
+    tip = pin.SE3(pinocchio_tip(ARM, q))
     direction, axis = (vector / np.linalg.norm(vector) for vector in random.normal(size=(2, 3)))
     position = tip.translation + away * OPTIONS.position_tolerance * direction
     target = pin.SE3(pin.exp3(turned * OPTIONS.orientation_tolerance * axis) @ tip.rotation, position)

@@ -141,6 +141,23 @@ def test_nearest_is_measured_from_the_reference_where_there_is_one():
         assert solution.joint_distance < 1e-2
 
 
+@pytest.mark.parametrize('choice', ['first', 'nearest'])
+@pytest.mark.parametrize('method', SEARCHING[1:])
+def test_a_target_beside_the_seed_is_solved_beside_it_next_to_a_singular_wrist_too(method, choice):
+    # sdls creeps there: of these descents from the seed, six end a few micrometres short after all of their steps
+    arm, rng = get_arm('ur5'), np.random.default_rng(5)
+    for trial in range(600):
+        seed = rng.uniform(-3.0, 3.0, 6)
+        if trial % 2:
+            seed[4] = 0.02 * rng.normal()
+        step = rng.normal(size=6)
+        step *= rng.choice([0.02, 0.05, 0.1]) / np.abs(step).max()
+        target = arm.forward(seed + step)
+        solution = solve(arm, target, seed, SolveOptions(method=method, choice=choice, **CALM))
+        assert_answer(arm, solution, target)
+        assert np.abs(solution.q - seed).max() < 1.0
+
+
 def test_joint_weights_say_whose_distance_counts():
     arm, rng = get_arm('puma560'), np.random.default_rng(5)
     target = reachable_poses(arm, rng, 1)[0]

@@ -18,6 +18,7 @@ import time
 import numpy as np
 import pinocchio as pin
 import pytest
+from chains import pinocchio_tip
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import TransformStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -31,7 +32,6 @@ from ros_helpers import (
     connected,
     joint_state,
     node_process,
-    pinocchio_pose,
     pose_of,
     seconds_to_end,
     wait_until_ready,
@@ -120,7 +120,7 @@ def target():
 
 def distance(joints, wanted) -> float:
     """Return how far the tip is from where it should be, in the base frame [m], by Pinocchio."""
-    reached = pinocchio_pose(ARM, [joints[name] for name in ARM.joint_names])
+    reached = pinocchio_tip(ARM, [joints[name] for name in ARM.joint_names])
     return float(np.linalg.norm(reached[:3, 3] - wanted.translation))
 
 

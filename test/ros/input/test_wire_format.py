@@ -14,8 +14,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from ros_helpers import allow_lark
 from sensor_msgs.msg import JointState
 
+from ros_ik_pkg.ros.input import target_reader
 from ros_ik_pkg.ros.input.target import Target
-from ros_ik_pkg.ros.input.target_reader import read_target
+from ros_ik_pkg.ros.input.target_reader import read_target, reads_what_rclpy_writes
 from ros_ik_pkg.ros.interface import wire_format
 from ros_ik_pkg.ros.output import solution_writer
 from ros_ik_pkg.ros.output.solution_writer import SolutionWriter
@@ -118,3 +119,14 @@ def test_what_is_encoded_in_another_way_is_written_by_rclpy(change, monkeypatch)
     expected = JointState(name=['a', 'b'], position=[0.25, -1.5])
     expected.header.stamp.sec, expected.header.stamp.nanosec = 3, 4
     assert writer.write(3, 4, np.array([0.25, -1.5])) == change(serialize_message(expected))
+
+
+@pytest.mark.parametrize('layout', ['<7f', '>7d', '<9d'])
+def test_where_messages_are_laid_out_in_another_way_rclpy_reads_them(layout, monkeypatch):
+    assert reads_what_rclpy_writes()
+    monkeypatch.setattr(target_reader, 'POSE', struct.Struct(layout))
+    reads_what_rclpy_writes.cache_clear()
+    message = pose_stamped(3, 4, 'base', [1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8])
+    assert not reads_what_rclpy_writes()
+    assert read_target(bytes(serialize_message(message))) == Target.of(message)
+    reads_what_rclpy_writes.cache_clear()

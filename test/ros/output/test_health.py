@@ -74,7 +74,7 @@ def test_a_node_that_answers_no_target_at_all_is_an_error_unless_told_otherwise(
 
 def test_an_internal_error_goes_before_all_else_and_waiting_is_told():
     both = health_after((FAILED, INTERNAL_ERROR), waiting='no robot', limits=NEVER)[1]
-    assert (both.level, both.message) == (ERROR, '1 target met an internal error; no robot')
+    assert (both.level, both.message) == (ERROR, 'internal errors: 1; no robot')
     waiting = health_after(waiting='no robot', limits=NEVER)[1]
     assert (waiting.level, waiting.message) == (WARN, 'no robot')
 
@@ -109,7 +109,7 @@ def test_joint_states_that_stopped_or_never_came_are_a_warning_with_their_age():
     old = health_after(joint_states_age=2.5)[1]
     assert (old.level, old.message) == (WARN, 'no joint states for 2.5 s')
     never = health_after(joint_states_age=math.inf)[1]
-    assert (never.level, never.message) == (WARN, 'no joint states of every joint yet')
+    assert (never.level, never.message) == (WARN, 'not every joint has reported a position yet')
     assert health_after(joint_states_age=math.inf, limits=NEVER)[1].level == OK
 
 
@@ -144,7 +144,8 @@ def test_a_running_node_says_that_joint_states_stopped_and_takes_new_limits(tmp_
 
     silence = 'diagnostics.joint_states_silence'
     with connected(Client, tmp_path / 'log', '-p', f'{silence}:=0.5') as client:
-        client.wait_for(lambda: warns('no joint states of every joint yet'), 'a warning before the first joint state')
+        never = 'not every joint has reported a position yet'
+        client.wait_for(lambda: warns(never), 'a warning before the first joint state')
         home = joint_state(arm.joint_names, arm.home)
         client.settle(pose_of(arm.forward(arm.home)), lambda reply: reply.solved, home)
         client.wait_for(lambda: warns('no joint states for '), 'a warning after the last joint state')

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from ros_helpers import pinocchio_pose
+from chains import pinocchio_tip
 
 from ros_ik_pkg.ik import SolveOptions, load_arm, solve
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
@@ -76,7 +76,7 @@ def test_a_twist_moves_the_arm_from_the_next_command_on():
     run = Run()
     run.servo.twist(ALONG_Y, run.now)
     run.ticks(1)
-    assert pinocchio_pose(ARM, run.commands[-1])[1, 3] > pinocchio_pose(ARM, ARM.home)[1, 3]
+    assert pinocchio_tip(ARM, run.commands[-1])[1, 3] > pinocchio_tip(ARM, ARM.home)[1, 3]
     assert run.code == Code.FOLLOWING and run.servo.owner is Owner.TWIST
 
 
@@ -109,7 +109,7 @@ def test_when_commands_come_again_the_arm_goes_on_from_where_it_is():
         run.twist(ALONG_Y, 0.3)
         run.ticks(75)  # in the middle of the halt
     run.assert_smooth()
-    way = pinocchio_pose(ARM, run.commands[-1])[:3, 3] - pinocchio_pose(ARM, ARM.home)[:3, 3]
+    way = pinocchio_tip(ARM, run.commands[-1])[:3, 3] - pinocchio_tip(ARM, ARM.home)[:3, 3]
     assert way[1] > 0.1 and np.abs(way[[0, 2]]).max() < 3e-3
 
 
@@ -192,7 +192,7 @@ def test_a_stream_of_poses_of_which_some_are_lost_is_followed():
         if k % 5 == 0 and rng.random() > 0.05:
             run.servo.pose(pose_goal(0.0, speed * k * PERIOD), run.now)
         run.ticks(1)
-        lags.append(speed * k * PERIOD - (pinocchio_pose(ARM, run.commands[-1]) - start)[1, 3])
+        lags.append(speed * k * PERIOD - (pinocchio_tip(ARM, run.commands[-1]) - start)[1, 3])
     run.assert_smooth()
     assert np.max(np.abs(lags[300:])) / speed < 0.05  # s, of poses at 100 Hz of which some are lost
 
@@ -203,7 +203,7 @@ def test_poses_at_the_rate_of_the_stream_are_followed_within_a_hundredth_of_a_se
     for k in range(500):
         run.servo.pose(pose_goal(0.0, speed * k * PERIOD), run.now)
         run.ticks(1)
-        tips.append((pinocchio_pose(ARM, run.commands[-1]) - start)[1, 3])
+        tips.append((pinocchio_tip(ARM, run.commands[-1]) - start)[1, 3])
     lags = speed * np.arange(500) * PERIOD - np.array(tips)
     assert np.max(np.abs(lags[250:])) / speed < 0.01
     assert np.all(np.abs(np.diff(tips)[250:] / PERIOD - speed) < 0.02 * speed)
@@ -289,7 +289,7 @@ def test_a_tool_that_changes_in_motion_leaves_it_smooth_and_then_moves_along_the
     run.servo.use(SolveOptions(), ARM.with_tool(tool))
     run.twist(turn, 0.5)
     run.assert_smooth()
-    tips = [(pin.SE3(pinocchio_pose(ARM, q)) * tool).translation for q in (run.commands[-50], run.commands[-1])]
+    tips = [(pin.SE3(pinocchio_tip(ARM, q)) * tool).translation for q in (run.commands[-50], run.commands[-1])]
     moved = (tips[1] - tips[0]) / (49 * PERIOD)
     np.testing.assert_allclose(moved, [0.0, 0.0, 0.05], atol=1e-4)
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from chains import pinocchio_tip
 from geometry_msgs.msg import TwistStamped
-from ros_helpers import DEFAULTS, TIMEOUT, Client, allow_lark, connected, joint_state, pinocchio_pose, pose_of
+from ros_helpers import DEFAULTS, TIMEOUT, Client, allow_lark, connected, joint_state, pose_of
 from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -143,9 +144,9 @@ def test_a_twist_becomes_a_smooth_stream_in_all_forms_that_ends_when_it_ends(cli
 
 
 def test_a_twist_in_the_axes_of_the_tip_goes_along_them(client):
-    axis = pinocchio_pose(ARM, START)[:3, 2]
+    axis = pinocchio_tip(ARM, START)[:3, 2]
     client.keep_moving(lambda: moved(client) > 0.1, 'no motion', linear=(0.0, 0.0, 0.05), frame=ARM.tip_frame)
-    way = (pinocchio_pose(ARM, client.commands[-1]) - pinocchio_pose(ARM, START))[:3, 3]
+    way = (pinocchio_tip(ARM, client.commands[-1]) - pinocchio_tip(ARM, START))[:3, 3]
     assert np.linalg.norm(way - (way @ axis) * axis) < 1e-3 < way @ axis
 
 
@@ -155,7 +156,7 @@ def test_a_pose_takes_the_arm_from_a_twist_and_is_reached_within_the_limits(clie
     reply = client.solve(pose_of(goal), TIMEOUT)
     assert reply.solved and reply.published == 'stream'
     client.wait_for(
-        lambda: np.abs(pinocchio_pose(ARM, client.commands[-1]) - goal).max() < 1e-4, 'the arm gets there'
+        lambda: np.abs(pinocchio_tip(ARM, client.commands[-1]) - goal).max() < 1e-4, 'the arm gets there'
     )
     client.await_label('standing')
     assert_within_limits(client.commands)

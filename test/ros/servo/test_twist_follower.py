@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 import pytest
-from ros_helpers import pinocchio_pose
+from chains import pinocchio_tip
 
 from ros_ik_pkg.ik import Arm, SolveOptions, load_arm
 from ros_ik_pkg.ros.interface.servo_settings import BLOCKED, CAUTION_OPTIONS, GO_ON, STOP, Thresholds
@@ -64,7 +64,7 @@ class Servo:
 
     def tips(self) -> np.ndarray:
         """Poses (k, 4, 4) of the tip at every command, by Pinocchio."""
-        return np.array([pinocchio_pose(self.arm, q) for q in self.commands])
+        return np.array([pinocchio_tip(self.arm, q) for q in self.commands])
 
     def assert_within_limits(self) -> None:
         commands, limits = np.array([self.commands[0]] * 3 + self.commands), limits_of(self.arm)
