@@ -319,7 +319,7 @@ class IkNode(Node):
             self._say_once(self._robot_source.awaited())
             return
         self._said = ''
-        target = self.resolve_topic_name(topics.TARGET_POSE.name)
+        target = ' and '.join(map(self.resolve_topic_name, self._tips.topics))
         self.get_logger().info(
             f'ready: arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.tip_frame}, method {method}, '
             f'targets on {target}'
