@@ -349,9 +349,10 @@ class IkNode(Node):
             self._say_once(self._robot_source.awaited())
             return
         self._said = ''
+        target = ' and '.join(map(self.resolve_topic_name, self._tips.topics))
         self.get_logger().info(
             f'ready: arm {arm.name}, {arm.n} joints from {arm.base_frame} to {arm.moving_frame}, method {method}, '
-            f'targets on {self.resolve_topic_name(topics.TARGET_POSE.name)}'
+            f'targets on {target}'
         )
 
     def _say_once(self, text: str) -> None:

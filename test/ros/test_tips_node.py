@@ -28,6 +28,7 @@ def client(tmp_path_factory):
     words = [f'robot:={path}', f'tip_frames:=[{", ".join(TIPS)}]', 'seed_source:=last_solution']
     arguments = [part for word in words for part in ('-p', word)]
     with connected(TipsClient, folder / 'log', *arguments) as found:
+        found.log = folder / 'log'
         yield found
 
 
@@ -53,6 +54,11 @@ def test_each_target_of_a_tip_is_answered_by_a_solution_of_both_arms(client):
         assert tuple(message.name) == arms.joint_names
         for target, pose in zip((left, right), poses(arms, np.array(message.position))):
             assert max(off(target, pose)) < 1.1e-5
+
+
+def test_the_node_says_where_it_takes_targets(client):
+    (ready,) = (line for line in client.log.read_text().splitlines() if 'ready: ' in line)
+    assert ready.endswith('targets on /first_target_pose and /second_target_pose')
 
 
 def test_the_target_of_one_tip_is_refused_and_parameters_of_one_tip_too(client):

@@ -19,6 +19,7 @@ from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.input.robot_source import RobotSource
 from ros_ik_pkg.ros.input.target import UNREAD, Target
 from ros_ik_pkg.ros.input.target_reader import read_target
+from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.parameters import Settings
 
 HELD = 'the other tip has had no target: it is held where it is'
@@ -59,6 +60,12 @@ class TipTargets:
             _ = arms.packed, arms.packed_relative, arms.starts
             prepare_tips()
         self.arms, self._last, self._newest = arms, None, [None, None]
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Names of the topics on which targets are answered."""
+        tips = topics.FIRST_TARGET_POSE.name, topics.SECOND_TARGET_POSE.name
+        return (topics.TARGET_POSE.name,) if self.arms is None else tips
 
     def put(self, tip: int, data: bytes) -> None:
         """Answer the target of a tip, 0 or 1, the bytes of a PoseStamped."""
