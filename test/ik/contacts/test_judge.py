@@ -22,7 +22,7 @@ def make_room():
 def unsure():
     """Return configurations of which the bound is not sure: most touch, in all depths."""
     arm, room = make_room()
-    q = configurations(arm, 20000, seed=5)
+    q = configurations(arm, 6000, seed=5)
     return q[contacts_of(room.packed, q, 0.0) >= 0]
 
 
