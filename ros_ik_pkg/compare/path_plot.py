@@ -17,6 +17,7 @@ from ros_ik_pkg.ik.path.breaks import NEARLY_SINGULAR
 
 LINE, REST = '#1f6feb', '#8b949e'
 COLUMNS = 3
+LEAST_RANGE = 0.5  # deg or m, of the axis of a joint that hardly moves
 POINTS = 2000  # of a curve
 
 
@@ -50,7 +51,7 @@ def draw_path(arm: Arm, solution: PathSolution) -> Figure:
     speed.set_ylim(bottom=0.0)
     singular.semilogy(solution.times, np.maximum(solution.sigma_min, 1e-6), color=LINE)
     singular.axhline(NEARLY_SINGULAR, color=BAD, linestyle='--', linewidth=1.0)
-    singular.set_title('smallest singular value; below the dashed line the arm is nearly singular')
+    singular.set_title('smallest singular value (dashed: nearly singular)')
     for axes in (speed, singular):
         axes.set_xlabel('time [s]')
         mark_changes(axes, solution)
@@ -64,7 +65,9 @@ def draw_path(arm: Arm, solution: PathSolution) -> Figure:
 def draw_limits(axes: Axes, lower: float, upper: float) -> None:
     """Draw the limits that are near the curve, and leave the axis no taller than the curve needs."""
     low, high = axes.get_ylim()
-    room = max(high - low, 1e-3)
+    missing = max(0.0, LEAST_RANGE - (high - low))
+    low, high = low - 0.5 * missing, high + 0.5 * missing
+    room = high - low
     axes.set_ylim(low - 0.1 * room, high + 0.1 * room)
     for limit in (lower, upper):
         if low - room <= limit <= high + room:

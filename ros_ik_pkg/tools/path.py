@@ -41,7 +41,8 @@ def main() -> int:
     """Solve the path and print the figures; 0 when it is followed whole, 2 when not, 1 for bad input."""
     given = arguments().parse_args()
     try:
-        arm, path = load_arm(given.robot), PathOptions(**dict(given.set))
+        # No deadline unless it is set: the first path on a machine compiles.
+        arm, path = load_arm(given.robot), PathOptions(**{'deadline': 0.0, **dict(given.set)})
         poses, times = read_path_file(given.file, given.degrees)
         seed = given.seed
         if seed is not None and given.degrees and len(seed) == arm.n:

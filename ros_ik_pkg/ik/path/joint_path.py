@@ -70,7 +70,7 @@ def follow(problem: Problem) -> JointPath:
 
 def _end_before_faults(problem: Problem, path: JointPath) -> None:
     """Leave out what cutting and smoothing, which move rows a little, have brought beyond a limit or into contact."""
-    lower, upper = problem.limits
+    lower, upper = problem.row_limits
     beyond = np.flatnonzero(((path.q < lower) | (path.q > upper)).any(axis=1))
     last = first_contact(problem, path.q)
     why, reason = IN_CONTACT, BreakReason.CONTACT
@@ -120,7 +120,7 @@ def _find_candidates(problem: Problem) -> tuple[np.ndarray, np.ndarray, int]:
         done = stop
         if time.monotonic() > problem.stop_time:
             break
-    lower, upper = problem.limits
+    lower, upper = problem.row_limits
     normalise(candidates[:done], counts[:done], lower, upper, problem.arm.wraps)
     _keep_allowed(problem, candidates, counts, done)
     return candidates, counts, done
@@ -128,7 +128,7 @@ def _find_candidates(problem: Problem) -> tuple[np.ndarray, np.ndarray, int]:
 
 def _keep_allowed(problem: Problem, candidates: np.ndarray, counts: np.ndarray, done: int) -> None:
     """Leave out candidates beyond the limits, whole turns aside, and those in contact."""
-    lower, upper = problem.limits
+    lower, upper = problem.row_limits
     there = np.arange(candidates.shape[1]) < counts[:done, None]
     q = candidates[:done][there]
     good = np.all((q >= lower) & (q <= upper), axis=1)
@@ -151,7 +151,7 @@ def _smoothed(problem: Problem, q: np.ndarray, first: int) -> np.ndarray:
     def length(path: np.ndarray) -> float:
         return float(np.linalg.norm(weights * np.diff(path, axis=0), axis=1).sum())
 
-    lower, upper = problem.limits
+    lower, upper = problem.row_limits
     best, fresh = np.ascontiguousarray(q), np.empty_like(q)
     for width in WIDTHS:
         for _ in range(PASSES):
@@ -182,7 +182,7 @@ def _cut(problem: Problem, q: np.ndarray, first: int) -> tuple[np.ndarray, np.nd
     total = int(parts.sum()) + 1
     rows, places, cut = np.empty((total, problem.arm.n)), np.empty(total), np.empty((total, 4, 4))
     cut_edges(problem.model, problem.continuing, poses, turns, q, problem.bounds, parts, rows, places, cut)
-    lower, upper = problem.limits
+    lower, upper = problem.row_limits
     sharp = rows.copy()
     sharpen(problem.model, problem.exact, cut.reshape(-1, 4), sharp)
     inside = np.all((sharp >= lower) & (sharp <= upper), axis=1)

@@ -71,7 +71,7 @@ def _put_between(problem: Problem, path: JointPath, rows: np.ndarray) -> None:
     poses[:, :3, :3] = rotations_of(0.5 * turns_between(start[:, :3, :3], end[:, :3, :3])) @ start[:, :3, :3]
     q = 0.5 * (path.q[rows] + path.q[rows + 1])
     sharpen(problem.model, problem.exact, poses.reshape(-1, 4), q)
-    lower, upper = problem.limits
+    lower, upper = problem.row_limits
     inside = ((q >= lower) & (q <= upper)).all(axis=1)
     rows, q, poses = rows[inside], q[inside], poses[inside]
     path.reconfigurations = [row + int((rows < row).sum()) for row in path.reconfigurations]

@@ -18,6 +18,7 @@ from ros_ik_pkg.ik.path.waypoints import Samples
 
 TURN = 2.0 * math.pi
 EXACT = 1e-11  # m, rad: error of the rows of the path
+INSET = 1e-6  # rad or m
 MARGIN = 0.75  # share of the tolerance that an edge may use, the rest is for the curved motion along it
 EDGE = (1.0, MOST_PARTS)  # longest step of a joint [rad or m], parts at most
 EDGE_SPARE = (0.25, 4)  # the same for arms with joints to spare, where a long step is a motion of its own
@@ -57,10 +58,19 @@ class Problem:
         return np.full(self.arm.n, -np.inf), np.full(self.arm.n, np.inf)
 
     @cached_property
+    def row_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """The limits (n,) of the rows, INSET inside: so a joint can stay at its limit without a rest at each row."""
+        lower, upper = self.limits
+        inset = np.where(upper - lower > 4.0 * INSET, INSET, 0.0)
+        return lower + inset, upper - inset
+
+    @cached_property
     def model(self) -> np.ndarray:
         """The packed arm, without limits of joints that may turn round: a branch goes on beyond them."""
         packed, n, joints = self.arm.packed.copy(), self.arm.n, len(self.arm.prismatic)
         first = HEADER + 12 * (joints + 1) + 4 * joints
+        if self.options.respect_limits:
+            packed[first : first + n], packed[first + n : first + 2 * n] = self.row_limits
         free = self.arm.wraps != 0
         packed[first : first + n][free] = -np.inf
         packed[first + n : first + 2 * n][free] = np.inf

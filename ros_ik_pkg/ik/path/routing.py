@@ -82,7 +82,7 @@ def first_contact(problem: Problem, q: np.ndarray) -> int | None:
 
 def _most_turns(problem: Problem, most: int) -> np.ndarray:
     """Return (n,) int64: how many values, whole turns apart, a joint can have between its limits."""
-    lower, upper = problem.limits
+    lower, upper = problem.row_limits
     out = np.ones(problem.arm.n, np.int64)
     for j in np.flatnonzero(problem.arm.wraps)[::-1]:  # the last joints wind up first
         if np.isfinite(upper[j] - lower[j]):
@@ -98,7 +98,7 @@ def _best_route(
     deadline came."""
     count, most, n = candidates.shape
     total = len(digits)
-    upper = problem.limits[1]
+    upper = problem.row_limits[1]
     weights = np.array(problem.options.joint_weights or (1.0,) * n)
     parents = np.empty((count, int(counts.max(initial=0)) * total), np.int16)
     jumps, costs = np.empty((2, most * total), np.int64), np.empty((2, most * total))
@@ -129,7 +129,7 @@ def _best_route(
 
 def _unwound(problem: Problem, q: np.ndarray) -> np.ndarray:
     """Return joint positions (N, n) in which joints without limits go on from row to row, from near the seed."""
-    q, (lower, upper) = q.copy(), problem.limits
+    q, (lower, upper) = q.copy(), problem.row_limits
     for j in range(problem.arm.n):
         if problem.arm.wraps[j] and not np.isfinite(upper[j] - lower[j]) and len(q):
             start = q[0, j]
