@@ -15,7 +15,10 @@ from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.share import share_path
 
-ROBOTS = ('iiwa14', 'panda', 'planar3r', 'puma560', 'stanford', 'ur5')
+ROBOTS = (
+    'fr3', 'gen3', 'iiwa14', 'openarm', 'panda', 'planar3r', 'puma560', 'so100', 'so101', 'stanford', 'ur10e', 'ur3e',
+    'ur5', 'ur5e', 'xarm7',
+)  # fmt: skip
 EXACT = 1e-12
 
 
@@ -223,7 +226,7 @@ def test_a_configuration_of_the_wrong_shape_is_refused(q):
 @pytest.mark.parametrize(
     ('source', 'words'),
     [
-        ('pum560', ["'pum560' is not known", 'iiwa14, panda, planar3r, puma560, stanford, ur5', '.urdf']),
+        ('pum560', ["'pum560' is not known", 'fr3, gen3, iiwa14', 'did you mean puma560?', '.urdf']),
         ('', ["robot '' is not known"]),
         ('/nowhere/arm.urdf', ["cannot read the robot '/nowhere/arm.urdf'", 'No such file']),
         ('/nowhere/arm.yaml', ['No such file']),

@@ -20,7 +20,7 @@ MAX_BYTES = 2**20
 CONVENTIONS = ('standard', 'modified')
 ANGLE_UNITS = {'radians': 1.0, 'degrees': math.pi / 180.0}
 ROBOT_KEYS = ('name', 'source', 'convention', 'angles', 'base_frame', 'tip_frame', 'joints')
-ROBOT_OPTIONS = ('tool', 'home')
+ROBOT_OPTIONS = ('base', 'tool', 'home')
 JOINT_KEYS = ('name', 'type', 'a', 'alpha', 'd', 'theta')
 JOINT_OPTIONS = ('lower', 'upper', 'velocity', 'link', 'radius')
 NAMES = ('name', 'base_frame', 'tip_frame', 'link')
@@ -37,6 +37,7 @@ def parse_dh(text: str | bytes) -> Tree:
         `angles` names. One row of `joints` gives a, alpha, d, theta of one link; the variable adds to
         theta (revolute, continuous) or to d (prismatic). `standard` is Rz(theta) Tz(d) Tx(a) Rx(alpha),
         `modified` (Craig) is Rx(alpha) Tx(a) Rz(theta) Tz(d) with alpha and a of the previous link.
+        `base` (xyz, rpy) leads from base_frame to where the first row begins, `tool` from the last row to tip_frame.
         A row with a `radius` [m] gives its links capsules for contact along a and d.
 
     Returns
@@ -60,10 +61,11 @@ def parse_dh(text: str | bytes) -> Tree:
     for row in rows:
         parent = joints[-1].child if joints else _text(robot, 'base_frame')
         joints.append(_read_joint(row, parent, f'link{len(joints) + 1}', unit, standard))
+    joints[0] = replace(joints[0], origin=_read_placement(robot, 'base', unit) @ joints[0].origin)
     shapes: dict[str, tuple[Shape, ...]] = {}
     for row, joint in zip(rows, joints):
         _add_capsules(row, joint, standard, shapes)
-    tip = Joint('tool', 'fixed', joints[-1].child, _text(robot, 'tip_frame'), _read_tool(robot, unit))
+    tip = Joint('tool', 'fixed', joints[-1].child, _text(robot, 'tip_frame'), _read_placement(robot, 'tool', unit))
     home = _read_home(robot, joints, unit)
     _text(robot, 'source')
     links = [joints[0].parent, *(joint.child for joint in [*joints, tip])]
@@ -153,12 +155,12 @@ def _read_limits(row: Fields, node: yaml.Node, kind: str, unit: float) -> tuple[
     return unit * lower, unit * upper
 
 
-def _read_tool(robot: Fields, unit: float) -> np.ndarray:
-    """Read the transform from the last DH frame to the tip frame; identity if missing."""
-    if 'tool' not in robot:
+def _read_placement(robot: Fields, key: str, unit: float) -> np.ndarray:
+    """Read the transform before the first row (`base`) or after the last (`tool`); identity if missing."""
+    if key not in robot:
         return np.eye(4)
-    tool = _mapping(robot['tool'], 'tool', ('xyz', 'rpy'), ())
-    xyz, rpy = (np.array(_numbers(tool[key], key, 3)) for key in ('xyz', 'rpy'))
+    placement = _mapping(robot[key], key, ('xyz', 'rpy'), ())
+    xyz, rpy = (np.array(_numbers(placement[name], name, 3)) for name in ('xyz', 'rpy'))
     return transform(rotation_from_rpy(unit * rpy), xyz)
 
 
