@@ -28,12 +28,12 @@ from ros_ik_pkg.tools.send_target import pose_message
 
 SERVICE_HEAD = ['node', 'calls', 'p50 us', 'p99 us', 'p50 over empty', 'answered with a solution %']
 SERVICE_TEXT = (
-    'Calls one after the other from another process, in turns of {each}: ~/compute_ik for poses of a closed path of '
+    'Calls one after the other from another process, one of each in turns: ~/compute_ik for poses of a closed path of '
     '{arm}, each with the joints of the pose before as robot_state, and a service of this type that answers with an '
     'empty response.'
 )
 SIDES = ('empty', 'ik')
-EACH, ROUNDS = 10, 300  # short turns: both nodes see the same moods of the machine
+CALLS, WARM_UP = 3000, 100
 CACHE = Path.home() / '.cache' / 'ros_ik_pkg' / 'moveit_stand_in'
 
 
@@ -53,14 +53,10 @@ def service_rows(robot: str) -> Iterator[tuple[str, str, list[list[str]]]]:
         for side in SIDES:
             nodes.enter_context(running(_command(side, robot), side))
         callers = {side: Caller(node, executor, side) for side in SIDES}
-        requests, trips = list(_requests(arm)), {side: [] for side in SIDES}
-        for turn in tqdm(range(ROUNDS), desc='service', leave=False):
-            some = requests[turn * EACH % len(requests) :][:EACH]
-            for side, caller in callers.items():
-                trips[side] += [caller.call(request) for request in some]
-        empty = np.median(trips['empty'])
-        rows = [_row(side, np.array(trips[side]), empty, callers[side].solved) for side in SIDES]
-        yield 'Service over ROS', SERVICE_TEXT.format(arm=arm.name, each=EACH), [SERVICE_HEAD, *rows]
+        requests = tqdm(_requests(arm), total=WARM_UP + CALLS, desc='service', leave=False)
+        trips = np.array([[callers[side].call(request) for side in SIDES] for request in requests])[WARM_UP:]
+        rows = [_row(side, trips[:, k], np.median(trips[:, 0]), callers[side].solved) for k, side in enumerate(SIDES)]
+        yield 'Service over ROS', SERVICE_TEXT.format(arm=arm.name), [SERVICE_HEAD, *rows]
 
 
 class Caller:
@@ -95,7 +91,7 @@ def _command(side: str, robot: str) -> list[str]:
 def _requests(arm: Arm) -> Iterator[Any]:
     from moveit_msgs.srv import GetPositionIK
 
-    case = make_case(arm, 'tracking', EACH * ROUNDS)
+    case = make_case(arm, 'tracking', WARM_UP + CALLS)
     for target, seed in zip(case.targets, case.seeds):
         request = GetPositionIK.Request()
         request.ik_request.group_name = arm.name
@@ -107,5 +103,5 @@ def _requests(arm: Arm) -> Iterator[Any]:
 def _row(side: str, trips: np.ndarray, empty: float, solved: int) -> list[str]:
     """Write one row of SERVICE_HEAD."""
     p50, p99 = np.percentile(trips, [50, 99])
-    share = '' if side == 'empty' else f'{100.0 * solved / len(trips):.1f}'
+    share = '' if side == 'empty' else f'{100.0 * solved / (len(trips) + WARM_UP):.1f}'
     return [side, str(len(trips)), f'{1e6 * p50:.0f}', f'{1e6 * p99:.0f}', f'{p50 / empty:.2f}', share]

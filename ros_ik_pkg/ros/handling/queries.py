@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from builtin_interfaces.msg import Time as Stamp
 
 from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, World, solve
 from ros_ik_pkg.ros.handling.result import REFUSED, Result
-from ros_ik_pkg.ros.handling.target_handler import TargetHandler, judge
+from ros_ik_pkg.ros.handling.target_handler import IDENTITY, TargetHandler, judge
 from ros_ik_pkg.ros.input.pose import target_pose
 from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.input.target import Target
@@ -20,8 +21,7 @@ NEWEST = Stamp()
 LONGEST = PARAMETERS['deadline'].maximum or 0.0  # s
 
 
-@dataclass(frozen=True)
-class PoseQuery:
+class PoseQuery(NamedTuple):
     """Which joints bring a link to a pose?
 
     joints: positions by name [rad, m] that count instead of the joint states, for the seed and for contact.
@@ -96,7 +96,7 @@ class Queries:
         handler, arm = self._handler, self._handler.require_arm()
         frame_from_target, notes = target_pose(query.target)
         base_from_frame, frame_notes = handler.base_from_frame(query.target.frame_id, NEWEST, arm)
-        base_from_target = base_from_frame @ frame_from_target
+        base_from_target = frame_from_target if base_from_frame is IDENTITY else base_from_frame @ frame_from_target
         if query.link and query.link != arm.moving_frame:
             base_from_target = base_from_target @ _link_from_tool(arm, query.link)
         seed = self._seed(arm, query.joints)

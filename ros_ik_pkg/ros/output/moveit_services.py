@@ -59,7 +59,8 @@ class MoveItServices:
 
     def __init__(self, node: Node, handler: TargetHandler, say: Callable[[Result, float], None]) -> None:
         self._node, self._handler, self._say = node, handler, say
-        self._queries = Queries(handler)
+        self._queries, self._name = Queries(handler), node.get_name()
+        self._others: tuple[Arm | None, list[str]] = None, []
         try:
             from moveit_msgs.msg import MoveItErrorCodes  # not on PyPI, so a node from wheels has none
             from moveit_msgs.srv import GetPositionFK, GetPositionIK
@@ -123,12 +124,19 @@ class MoveItServices:
         """Write the solution, and behind it where the other joints of the robot are."""
         arm = result.arm
         names, positions = list(arm.joint_names), result.solution.q.tolist()
-        if others := _other_joints(arm):
+        if others := self._other_joints(arm):
             known = self._handler.joint_states.positions(others) | self._joints(asked)
             names += [name for name in others if name in known]
             positions += [known[name] for name in others if name in known]
         state.name, state.position = names, positions
-        state.header.stamp, state.header.frame_id = self._node.get_clock().now().to_msg(), arm.base_frame
+        state.header.frame_id = arm.base_frame  # without a stamp, as move_group answers
+
+    def _other_joints(self, arm: Arm) -> list[str]:
+        """Return the names of the joints outside the chain that move; the same list while the robot is the same."""
+        if not arm.same_robot(self._others[0]):
+            names = [joint.name for joint in arm.tree.joints if joint.movable and joint.name not in arm.joint_names]
+            self._others = arm, names
+        return self._others[1]
 
     def _compute_fk(self, request: Any, response: Any) -> Any:
         """Answer with the poses of links."""
@@ -157,18 +165,13 @@ class MoveItServices:
         """Write the code of a status, and the reason where the version of moveit_msgs has a field for it."""
         code.val = self._codes.get(status, self._no_solution)
         if hasattr(code, 'message'):
-            code.message, code.source = reason, self._node.get_name()
+            code.message, code.source = reason, self._name
 
     def _internal_error(self, target: Target, error: Exception) -> Result:
         self._node.get_logger().error(traceback.format_exc(), throttle_duration_sec=LOG_PERIOD)
         result = self._handler.internal_error(target, error)
         result.service = IK
         return result
-
-
-def _other_joints(arm: Arm) -> list[str]:
-    """Return the names of the joints outside the chain that have positions of their own."""
-    return [joint.name for joint in arm.tree.joints if joint.movable and joint.name not in arm.joint_names]
 
 
 def _stamped(pose: np.ndarray, header: Header) -> PoseStamped:
