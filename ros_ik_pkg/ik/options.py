@@ -18,6 +18,8 @@ from ros_ik_pkg.methods import BY_NAME, DEFAULT, METHODS, TABLE
 CHOICES = ('first', 'nearest', 'all')
 TASK_FRAMES = ('base', 'tip')
 GEOMETRIES = ('convex', 'mesh')
+# [m] by which the search keeps further from contact than asked: coal, which has a tolerance, then agrees with it
+FURTHER = 2e-5
 NULL_SPACES = ('none', 'posture', 'limits', 'manipulability', 'clearance')
 
 
@@ -267,6 +269,7 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
         }  # fmt: skip
         method = BY_NAME[self.method]
         columns = {name: getattr(method, name) for name in METHOD_COLUMNS}
+        columns['collision_margin'] = self.collision_margin + FURTHER
         names: tuple[str, ...] = Tuning._fields
         values = [
             words[name].index(getattr(self, name)) if name in words

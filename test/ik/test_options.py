@@ -14,7 +14,7 @@ from numerics import law
 
 from ros_ik_pkg.ik import CHOICES, METHODS, OPTIONS, IkError, OptionError, SolveOptions
 from ros_ik_pkg.ik.kernel.data_layout import Tuning
-from ros_ik_pkg.ik.options import NULL_SPACES, TASK_FRAMES
+from ros_ik_pkg.ik.options import FURTHER, NULL_SPACES, TASK_FRAMES
 
 NUMBERS = [spec for spec in OPTIONS if isinstance(spec.default, (int, float)) and not isinstance(spec.default, bool)]
 TUPLES = [spec for spec in OPTIONS if isinstance(spec.default, tuple)]
@@ -209,6 +209,7 @@ def test_the_compiled_code_gets_every_number_in_its_place():
     places = [Tuning._fields.index(name) for name in ('may_hurry', 'finish_by_lm')]
     assert not SolveOptions(method='transpose').numbers[places].any()
     count = len(Tuning._fields)
+    expected['collision_margin'] += FURTHER
     assert numbers[:count].tolist() == [float(expected[name]) for name in Tuning._fields]
     assert numbers[count:].tolist() == [*range(1, 13), 2, *range(13, 17)]
 

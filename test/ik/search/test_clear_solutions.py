@@ -155,3 +155,16 @@ def test_triangles_allow_what_hulls_do_not():
         lone = SolveOptions(max_attempts=1, deadline=10.0, collision_geometry='mesh')
         solution = solve(arm, arm.forward(row), row, lone)
         assert solution.converged == (room.look(row, True).clearance > NEARLY)
+
+
+def test_coal_agrees_with_the_search_where_two_things_are_hardly_apart():
+    shape = '<collision><origin xyz="1 0 0"/><geometry><sphere radius="0.1"/></geometry></collision>'
+    arm = load_arm(f'<robot name="one"><link name="a"/><link name="b">{shape}</link><joint name="j" type="continuous">'
+                   '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>')
+    lone, q, found = SolveOptions(max_attempts=1, deadline=10.0), np.zeros(1), []
+    for gap in (1e-3, 3e-5, 1.5e-5, 9e-6, 4e-6, 1e-6):
+        world = World(obstacles=(Obstacle('ball', 'sphere', (0.1,), at(1.2 + gap, 0.0, 0.0)),))
+        solution = solve(arm, arm.forward(q), q, lone, world=world)
+        assert solution.converged == arm.contacts.is_clear(q, 0.0, world)
+        found.append(solution.converged)
+    assert found[:2] == [True, True] and not found[-1]
