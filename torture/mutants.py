@@ -40,7 +40,9 @@ SWAPS: dict[type, str] = {
 }  # fmt: skip
 NAMES = {'min': 'max', 'max': 'min'}
 # Survivors that compute the same, or the same but for time: the line as it is, the line as it becomes, and why.
-EQUAL: dict[tuple[str, str], str] = {}
+EQUAL: dict[tuple[str, str], str] = {
+    ('ratio = 2.0', 'ratio = 4.0'): 'where an iteration begins that converges from anywhere',
+}
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,9 @@ PAGE = ROOT / 'docs' / 'extending.md'
 COPIED = ('ros_ik_pkg', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
 NAME = 'sugihara'
 EVERYWHERE = f"""
+import sys
+
+import pytest
 from matplotlib.colors import to_hex
 from ros_ik_pkg.compare import compare_methods
 from ros_ik_pkg.compare.palette import COLOURS
@@ -26,7 +29,9 @@ from ros_ik_pkg.ik import METHODS, OptionError, SolveOptions, load_arm
 from ros_ik_pkg.panel.style import STYLE
 from ros_ik_pkg.panel.texts import Texts
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS
-from ros_ik_pkg.tools.launch_arguments import COMPARE, METHOD
+
+sys.path.insert(0, 'test')
+from launch_stand_in import show_args
 
 assert METHODS[-1] == {NAME!r} and len(METHODS) == 6
 assert SolveOptions(method={NAME!r}, sugihara_bias=0.5).sugihara_bias == 0.5
@@ -38,7 +43,9 @@ else:
     raise AssertionError('a bias below 0 is taken')
 assert PARAMETERS['sugihara.bias'].default == 1e-3
 assert {NAME!r} in PARAMETERS['method'].allowed and {NAME!r} in PARAMETERS['compare'].allowed
-assert METHOD.choices == ('', *METHODS) and {NAME!r} in COMPARE.text
+with pytest.MonkeyPatch.context() as patch:
+    arguments = show_args(patch, 'ik.launch.py')
+assert arguments['method'].choices == ['', *METHODS] and {NAME!r} in arguments['compare'].description
 assert '--{NAME}: #d55e00' in STYLE and '--{NAME}: #ff8a3d' in STYLE
 assert Texts('en').title(6).startswith('6 methods')
 problem = make_problem(load_arm('puma560'), None, None)

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pinocchio as pin
 import pytest
+from chains import pinocchio_tip
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Path
 from ros_helpers import (
@@ -17,7 +18,6 @@ from ros_helpers import (
     connected,
     joint_state,
     node_process,
-    pinocchio_pose,
     pose_of,
     wait_until_ready,
 )
@@ -71,7 +71,7 @@ def tool_of(reply) -> pin.SE3:
 
 def off(joints, tool: pin.SE3, target: np.ndarray) -> float:
     """Return how far [m, rad] the tool is from the target at these joints, by Pinocchio."""
-    reached = pin.SE3(pinocchio_pose(ARM, joints)) * tool
+    reached = pin.SE3(pinocchio_tip(ARM, joints)) * tool
     return max(np.linalg.norm((reached.homogeneous - target)[:3, 3]),
                np.linalg.norm(pin.log3(target[:3, :3] @ reached.rotation.T)))  # fmt: skip
 
@@ -79,7 +79,7 @@ def off(joints, tool: pin.SE3, target: np.ndarray) -> float:
 def some_target(tool: pin.SE3, rng) -> np.ndarray:
     """Return a pose (4, 4) that the tool reaches."""
     q = ARM.home + rng.uniform(-0.3, 0.3, ARM.n)
-    return pinocchio_pose(ARM, np.clip(q, ARM.lower, ARM.upper)) @ tool.homogeneous
+    return pinocchio_tip(ARM, np.clip(q, ARM.lower, ARM.upper)) @ tool.homogeneous
 
 
 @pytest.fixture(scope='module')
@@ -93,7 +93,7 @@ def client(tmp_path_factory):
 @pytest.fixture(autouse=True)
 def bare(client):
     client.set_parameters({'tool': []})
-    client.settle(pose_of(pinocchio_pose(ARM, ARM.home)), lambda reply: reply.solved, HOME)
+    client.settle(pose_of(pinocchio_tip(ARM, ARM.home)), lambda reply: reply.solved, HOME)
 
 
 def settled(client, wanted: pin.SE3, target: np.ndarray):
@@ -136,7 +136,7 @@ def test_a_target_may_be_given_in_the_frame_of_the_tool(client):
     ahead = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.05]))
     settled(client, TOOL, some_target(TOOL, np.random.default_rng(3)))
     client.send_joint_state(HOME)
-    target = pinocchio_pose(ARM, ARM.home) @ (TOOL * ahead).homogeneous
+    target = pinocchio_tip(ARM, ARM.home) @ (TOOL * ahead).homogeneous
     reply = client.solve(pose_of(ahead.homogeneous, 'gripper'), TIMEOUT)
     assert off(joints_of(reply), TOOL, target) <= 2.0 * NEAR
     client.set_parameters({'tool': [0.0, 0.0, 0.1, 0.0, 0.0, 0.0]})
@@ -166,7 +166,7 @@ def test_a_tool_that_makes_no_sense_is_refused_with_the_reason_and_the_old_one_s
 def test_a_path_is_one_of_the_tool_and_its_result_names_it(client):
     client.set_parameters({'tool': numbers(TOOL)})
     client.send_joint_state(HOME)
-    start = pinocchio_pose(ARM, ARM.home) @ TOOL.homogeneous
+    start = pinocchio_tip(ARM, ARM.home) @ TOOL.homogeneous
     path = Path()
     for k in range(3):
         pose = start.copy()
