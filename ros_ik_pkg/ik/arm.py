@@ -218,9 +218,9 @@ class Arm:
         """Name of the frame that reaches targets: the tool's, or the tip frame."""
         return self.tool_frame or self.tip_frame
 
-    def same_robot(self, other: Arm | None) -> bool:
+    def same_robot(self, other: object) -> bool:
         """Return whether another arm is this one, apart from its tool: loaded once, with the same frames."""
-        return other is not None and self.model is other.model
+        return isinstance(other, Arm) and self.model is other.model
 
     def frame_from_tool(self, frame: str) -> np.ndarray | None:
         """Return the pose (4, 4) of the tool in the frame of a link (ArgumentError without one); None if they move."""

@@ -80,6 +80,15 @@ class ArmTree:
         """What is odd about the robot's description and how it was read."""
         return tuple(dict.fromkeys(warning for arm in self.arms for warning in arm.warnings))
 
+    @property
+    def tool_frame(self) -> str:
+        """Name of the tool's frame: empty, because two tips have no tool."""
+        return ''
+
+    def same_robot(self, other: object) -> bool:
+        """Return whether other arms are these, loaded once."""
+        return self is other
+
     @cached_property
     def n(self) -> int:
         """Number of joints."""

@@ -26,7 +26,7 @@ from ros_ik_pkg.ros.handling.target_queue import TargetQueue
 from ros_ik_pkg.ros.handling.tip_targets import TipTargets
 from ros_ik_pkg.ros.handling.tools import Tools
 from ros_ik_pkg.ros.input.joint_states import JointStates
-from ros_ik_pkg.ros.input.robot_source import RobotSource, check_lengths, follows_topic
+from ros_ik_pkg.ros.input.robot_source import RobotSource, check_options, follows_topic
 from ros_ik_pkg.ros.input.target import UNREAD, Target
 from ros_ik_pkg.ros.input.target_reader import read_target
 from ros_ik_pkg.ros.input.tf_frames import TfFrames
@@ -140,6 +140,7 @@ class IkNode(Node):
         target = UNREAD
         try:
             target = read_target(data)
+            self._tools.take_waiting()
             trace = self._outputs.want_trace()
             result = self._handler.handle(target, trace and self._compilation.complete, waited)
             if trace and result is not None and not self._compilation.complete:
@@ -215,7 +216,7 @@ class IkNode(Node):
         """Return the arm of the settings, reloaded if they change it; raise IkError."""
         arm = self._robot_source.load(settings) if arm_changes else self._handler.arm
         if self._tips.prepare(settings, arm_changes) is None and arm is not None:
-            check_lengths(settings, arm, arm_changes)
+            check_options(settings, arm, arm_changes)
             arm = self._tools.mounted(arm, settings)
         self._handler.surroundings.read(settings)
         return arm

@@ -18,8 +18,8 @@ viser = pytest.importorskip('viser', reason='viser is not installed: scripts/pan
 pytestmark = [allow_lark, pytest.mark.once]
 
 NODE = {
-    'robot': 'puma560', 'robot_description': '', 'base_frame': '', 'tip_frame': '', 'limits': 'soft',
-    'joint_limits': '', 'held_joints': [], 'xacro_args': [], 'srdf': '', 'tool': [],
+    'robot': 'puma560', 'robot_description': '', 'base_frame': '', 'tip_frame': '', 'tip_frames': [],
+    'limits': 'soft', 'joint_limits': '', 'held_joints': [], 'xacro_args': [], 'srdf': '', 'tool': [],
     'method': 'adaptive_dls',
     'max_iterations': 700, 'step_size': 1.0, 'dls.damping': 2.5, 'adaptive_dls.damping': 1e-3,
     'adaptive_dls.gain': 0.2, 'sdls.max_step': 0.7, 'position_tolerance': 3e-5, 'orientation_tolerance': 1e-3,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import importlib.util
 import re
 import subprocess
 import sys
@@ -265,23 +264,6 @@ def test_the_example_of_the_docs_prints_joints_by_name(client):
     assert (done.returncode, said) == (0, [])
     *_, joints = done.stdout.splitlines()
     assert tuple(ast.literal_eval(joints)) == ARM.joint_names
-
-
-def test_the_services_that_the_docs_rule_out_are_those_of_common_interfaces():
-    named = set(re.findall(r'^\| `\w.*?\| (.*?) \|', (ROOT / 'docs' / 'client.md').read_text(), re.M))
-    assert set(re.findall(r'`(\w+)`', ' '.join(named))) >= services()
-
-
-def services():
-    """Return the names of all services of the packages of common_interfaces that are here."""
-    found = [
-        importlib.import_module(f'{name}.srv')
-        for name in COMMON_INTERFACES
-        if importlib.util.find_spec(name) and importlib.util.find_spec(f'{name}.srv')
-    ]
-    names = {name for module in found for name in dir(module) if name[0].isupper() and '_' not in name}
-    assert {'Trigger', 'GetPlan'} <= names
-    return names
 
 
 def test_the_other_modules_import_no_client():

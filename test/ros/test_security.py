@@ -54,7 +54,7 @@ def test_the_policy_is_what_the_running_node_uses(tmp_path):
     with node_process(log) as process, ros_node('watcher') as watcher:
         wait_until_ready(process, log)
         assert names_seen(watcher, 'publisher', '/diagnostics') == allowed(OWN, 'topic', 'publish')
-        assert names_seen(watcher, 'subscriber', '/target_pose') == allowed(OWN, 'topic', 'subscribe') - TF
+        assert names_seen(watcher, 'subscriber', '/second_target_pose') == allowed(OWN, 'topic', 'subscribe') - TF
         assert names_seen(watcher, 'service', f'{OWN}/set_parameters_atomically') == allowed(OWN, 'service', 'reply')
 
 

@@ -34,7 +34,8 @@ PARTIAL = 'partial'
 class PathJob:
     """A path with all that its solve depends on, as it was when the path arrived.
 
-    arm: with the share of its velocity limits that velocity_scale leaves. poses: (N, 4, 4) in the base frame [m].
+    arm: with the share of its velocity limits that velocity_scale leaves; source: the node's own. poses: (N, 4, 4) in
+    the base frame [m].
     stamps: (N,) [s], None if the tip has no times to keep. seed: (n,). world: what the arm must stay clear of, None if
     contact does not count; contacts: the shapes of the arm.
     """
@@ -48,6 +49,7 @@ class PathJob:
     path: PathOptions
     world: World | None = None
     contacts: Contacts | None = None
+    source: Arm | None = None
 
     def room(self) -> Room | None:
         """Return the arm among what it must stay clear of: one of its own, since targets are checked meanwhile."""
@@ -69,15 +71,17 @@ class PathResult:
 def read_path(message: Path, handler: TargetHandler) -> PathJob | PathResult:
     """Return what is to be solved, or why the path is refused."""
     try:
-        arm = handler.require_arm()
+        source = arm = handler.require_arm()
         poses = np.array([_base_from_pose(message, k, handler) for k in range(len(message.poses))]).reshape(-1, 4, 4)
         settings = handler.settings
         world, _ = handler.surroundings.world(arm, settings)
         contacts = arm.contacts if world is not None else None
         if settings.velocity_scale < 1.0:
             arm = replace(arm, velocity_limits=settings.velocity_scale * arm.velocity_limits)
-        seed, options = handler.seed(), settings.options
-        return PathJob(message, arm, poses, _stamps(message), seed, options, settings.path, world, contacts)
+        # A motion that leads in begins where the joints are, whatever seed_source says.
+        seed = handler.start(source) if settings.path.lead_in else handler.seed()
+        options = settings.options
+        return PathJob(message, arm, poses, _stamps(message), seed, options, settings.path, world, contacts, source)
     except RefusedError as error:
         return refused(message, error.status, str(error))
 

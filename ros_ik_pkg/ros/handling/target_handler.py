@@ -156,8 +156,9 @@ class TargetHandler:
 
     def base_from_header(self, header: Header) -> np.ndarray:
         """Return the pose (4, 4) of the frame of a header in the base frame; raise RefusedError if it is not known."""
-        arm = self.require_arm()
-        return self.base_from_frame(header.frame_id, header.stamp, arm)[0]
+        if self.arm is None:
+            raise RefusedError('no_robot', self._awaited())
+        return self.base_from_frame(header.frame_id, header.stamp, self.arm)[0]
 
     def refuse_stale(self, sec: int, nanosec: int, limit: float, what: str, parameter: str) -> None:
         """Refuse a message whose stamp is further than `limit` [s] from now, 0 for no limit; a stamp of 0 is now."""

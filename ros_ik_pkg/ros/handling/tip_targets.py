@@ -58,6 +58,9 @@ class TipTargets:
                 f'two tips, {" and ".join(arms.tip_frames)}, {arms.n} joints: {", ".join(arms.joint_names)}; '
                 'their search is compiled once on a machine, in about a minute')
             _ = arms.packed, arms.packed_relative, arms.starts
+            if self._handler.parameters.options.avoid_collisions:  # the shapes are read before a target needs them
+                for text in arms.contacts.warnings:
+                    self._node.get_logger().warning(text)
             prepare_tips()
         self.arms, self._last, self._newest = arms, None, [None, None]
 
@@ -100,8 +103,9 @@ class TipTargets:
             base_from_frame, frame_notes = self._handler.base_from_frame(target.frame_id, target.stamp, arms.arms[0])
             pose, notes = base_from_frame @ pose, notes + frame_notes
         seed = self._seed(arms)
-        self._newest[tip] = pose, relative
-        targets, relative, held = self._targets(arms, seed)
+        newest = [*self._newest]
+        newest[tip] = pose, relative
+        targets, relative, held = _targets(newest, arms, seed)
         world, room_notes = self._handler.surroundings.world(arms, settings)
         solution = solve_tips(arms, targets, seed, settings.options, relative=relative, world=world)
         outcome, status, reason = _judge(arms, solution, targets, relative, seed, settings)
@@ -109,17 +113,9 @@ class TipTargets:
         result = Result(target, outcome, status, reason, settings.options.method, arms, solution,
                         notes + room_notes + held + clipped, seed=seed)  # fmt: skip
         if outcome == SOLVED:
-            self._last = solution.q
+            self._last, self._newest = solution.q, newest
             result.command = Command(solution.q, seed, settings.velocity_scale * arms.velocity_limits)
         return result
-
-    def _targets(
-        self, arms: ArmTree, seed: np.ndarray
-    ) -> tuple[tuple[np.ndarray, np.ndarray], bool, tuple[str, ...]]:
-        """Return both targets, whether the first is relative, and notes."""
-        here = arms.forward(seed)
-        first, second = (kept or (pose, False) for kept, pose in zip(self._newest, here))
-        return (first[0], second[0]), first[1], (HELD,) if None in self._newest else ()
 
     def _seed(self, arms: ArmTree) -> np.ndarray:
         """Return the configuration (n,) to start from, as seed_source says."""
@@ -144,6 +140,14 @@ def check_settings(settings: Settings, arms: ArmTree | None) -> None:
     if settings.options.null_space != 'none':
         raise OptionError("null_space is for one tip; with tip_frames it must be 'none'")
     settings.options.check_lengths(arms.n)
+
+
+def _targets(
+    newest: list[tuple[np.ndarray, bool] | None], arms: ArmTree, seed: np.ndarray
+) -> tuple[tuple[np.ndarray, np.ndarray], bool, tuple[str, ...]]:
+    """Return both targets, whether the first is relative, and notes; a tip without a target stays where it is."""
+    first, second = (kept or (pose, False) for kept, pose in zip(newest, arms.forward(seed)))
+    return (first[0], second[0]), first[1], (HELD,) if None in newest else ()
 
 
 def _judge(

@@ -56,9 +56,9 @@ class Tools:
                 self._refuse(result.reason)
 
     def take_waiting(self) -> None:
-        """Take the message that waits for an arm."""
-        waiting, self._waiting = self._waiting, None
-        if waiting is not None:
+        """Take the message that waits for an arm, if there is an arm by now."""
+        if self._waiting is not None and self._arm() is not None:
+            waiting, self._waiting = self._waiting, None
             self.take(waiting)
 
     def _refuse(self, why: str) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,7 @@ class SceneObjects:
         """Take a PlanningScene, CollisionObject or AttachedCollisionObject of moveit_msgs; return why objects are left
         aside. `links` are those of the robot."""
         if hasattr(message, 'link_name'):
-            return self._guard(message.object.id, self._take_held, message, links)
+            return self._guard(message.object.id, self._take_held, message, place, links)
         if hasattr(message, 'primitives'):
             return self._guard(message.id, self._take_object, message, place)
         return self._take_scene(message, place, links)
@@ -75,18 +76,25 @@ class SceneObjects:
                 self._room.clear()
             self._room.pop(name, None)
             return
+        if name in self._held:
+            raise ArgumentError('it is held; let go of it first')
         if operation == MOVE:
             raise ArgumentError('operation MOVE; expected ADD with the whole object')
         before = self._room.get(name, ()) if operation == APPEND else ()
         shapes = tuple(_parts(message, place(message.header), len(before)))
         self._room[name] = (*before, *self._check_count(shapes))
 
-    def _take_held(self, message: Any, links: Sequence[str]) -> None:
+    def _take_held(self, message: Any, place: Place, links: Sequence[str]) -> None:
+        """Take or let go of an object; one that is let go stays in the room where it is, as in MoveIt."""
         item, link = message.object, message.link_name
         if _operation(item) == REMOVE:
-            if not item.id:
-                self._held.clear()
-            self._held.pop(item.id, None)
+            for name in [item.id] if item.id else list(self._held):
+                parts = self._held.get(name, ())
+                self._room |= {name: tuple(
+                    replace(part, pose=place(Header(frame_id=part.link)) @ part.pose, link='', touches=())
+                    for part in parts
+                )} if parts else {}
+                self._held.pop(name, None)
             return
         if item.header.frame_id not in ('', link):
             raise ArgumentError(f'frame {item.header.frame_id!r}; a held object has the frame of its link {link!r}')

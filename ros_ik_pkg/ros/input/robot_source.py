@@ -119,8 +119,11 @@ def urdf_text(text: str, origin: str) -> str:
     return text
 
 
-def check_lengths(settings: Settings, arm: Arm, arm_changes: bool) -> None:
-    """Refuse lists that are not as long as the arm has joints; where it is the arm that changes, say the way out."""
+def check_options(settings: Settings, arm: Arm, arm_changes: bool) -> None:
+    """Refuse an objective without effect, and lists that are not as long as the arm has joints; if it is the arm that
+    changes, say the way out."""
+    if settings.options.null_space == 'clearance' and not settings.options.avoid_collisions:
+        raise OptionError('null_space is clearance; that needs avoid_collisions: true')
     try:
         settings.options.check_lengths(arm.n)
     except OptionError as error:

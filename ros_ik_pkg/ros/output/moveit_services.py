@@ -104,7 +104,8 @@ class MoveItServices:
         if any(len(getattr(asked.constraints, f'{kind}_constraints')) for kind in CONSTRAINTS):
             raise RefusedError('constraints', 'constraints are not supported; expected none')
         if asked.avoid_collisions and len(asked.robot_state.attached_collision_objects):
-            raise RefusedError('attached', 'attached_collision_objects are not read: publish them on obstacles')
+            raise RefusedError('attached', 'attached_collision_objects are not read: publish them on '
+                               'attached_collision_object')  # fmt: skip
         return PoseQuery(
             IK, target, self._joints(asked.robot_state.joint_state),
             (links[0] if links else '') if asked.pose_stamped_vector else asked.ik_link_name,

@@ -72,6 +72,8 @@ class Paths:
                 raise RefusedError('shutdown', 'the node ends')
             if number != self._newest:
                 raise RefusedError('superseded', 'a newer path came')
+            if job.source is not self._handler.arm:
+                raise RefusedError('superseded', 'the robot or its tool changed meanwhile')
 
         try:
             go_on(0)

@@ -63,7 +63,12 @@ class Servo:
         self._refused: Finding | None = None  # why the arm must stop before it goes on
 
     def use(self, options: SolveOptions, arm: Arm | None = None) -> None:
-        """Solve with other options from now on, or with another tool on the arm; the motion goes on."""
+        """Solve with other options from now on, or with another tool on the arm; the motion goes on.
+
+        With another tool, the last twist is over: its axes may have been those of the tool.
+        """
+        if arm is not None and not np.array_equal(arm.tip_from_tool, self.arm.tip_from_tool):
+            self._commanded = -math.inf
         self.arm = arm or self.arm
         caution = self._caution = Caution(self.arm, self.limits, self._thresholds, self._contact)
         self._follower = TwistFollower(

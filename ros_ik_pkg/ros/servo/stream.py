@@ -200,15 +200,15 @@ class Stream:
     def _ahead(self, arm: Arm) -> ContactAhead | None:
         """Return what looks for contact in the room of this moment; None if contact does not count. Refuses a room in
         which the arm touches something wherever it is."""
-        world, notes = self._handler.surroundings.world(arm, self._settings)
-        for note in notes:
-            self._node.get_logger().warning(note)
-        if world is None:
-            return None
         try:
-            room = arm.contacts.room(world)
+            world, notes = self._handler.surroundings.world(arm, self._settings)
+            room = None if world is None else arm.contacts.room(world)
         except ArgumentError as error:
             raise RefusedError('contact', str(error)) from error
+        for note in notes:
+            self._node.get_logger().warning(note)
+        if room is None:
+            return None
         if self._contact is None or self._contact.room is not room:
             self._contact = ContactAhead(
                 arm, room, self._settings.thresholds, self._settings.options.collision_margin

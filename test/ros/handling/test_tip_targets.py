@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rclpy.clock import ROSClock
 from ros_helpers import CALM, joint_state, target_of
+from std_msgs.msg import Header
 from two_arms import TIPS, get_arms, off, poses, robot_text
 
 from ros_ik_pkg.ik import IkError
@@ -109,6 +110,21 @@ def test_an_answer_that_is_wrong_for_one_tip_does_not_go_out(monkeypatch, wrong,
     assert (result.outcome, result.status) == ('failed', 'internal_error')
     assert 'last check' in result.reason
     assert result.command is None
+
+
+def test_a_target_that_failed_is_not_what_its_tip_is_held_at_later():
+    tips, (left, right) = tips_with(), poses(ARMS, GOAL)
+    far = left.copy()
+    far[0, 3] = 9.0
+    assert tips.handle(0, target_of(far)).outcome == 'failed'
+    assert_at(solved(tips, 1, right).command.q, poses(ARMS, START)[0], right)
+
+
+def test_a_frame_is_placed_with_two_tips_too():
+    tips = tips_with()
+    header = Header(frame_id='torso')
+    expected = ARMS.arms[0].base_from_frame('torso', dict(zip(ARMS.joint_names, START)))
+    np.testing.assert_allclose(tips._handler.base_from_header(header), expected, atol=1e-12)
 
 
 def test_a_pair_out_of_reach_fails_with_the_reason_and_commands_nothing():

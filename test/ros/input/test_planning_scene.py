@@ -91,8 +91,39 @@ def test_a_held_object_hangs_on_its_link_and_is_no_longer_in_the_room(objects):
     assert objects.take(held(name='cup', touches=['hand', 'finger', 'elsewhere']), place, LINKS) == []
     (obstacle,) = objects.current()
     assert obstacle.link == 'hand' and obstacle.touches == ('finger',)
-    objects.take(held(name='cup', primitives=(), operation=REMOVE), place, LINKS)
+
+
+def test_an_object_that_is_let_go_stays_in_the_room_where_its_link_has_it(objects):
+    objects.take(held(name='cup'), place, LINKS)
+    (before,) = objects.current()
+
+    def where_the_hand_is(header):
+        assert header.frame_id == 'hand'
+        return transform(np.eye(3), np.array([0.0, 0.0, 2.0]))
+
+    assert objects.take(held(name='cup', primitives=(), operation=REMOVE), where_the_hand_is, LINKS) == []
+    (after,) = objects.current()
+    assert (after.link, after.touches) == ('', ())
+    np.testing.assert_allclose(after.pose[:3, 3], before.pose[:3, 3] + [0.0, 0.0, 2.0])
+    objects.take(item('cup', (), REMOVE), place, LINKS)
     assert names(objects) == []
+
+
+def test_an_object_whose_place_is_not_known_is_not_let_go(objects):
+    objects.take(held(name='cup'), place, LINKS)
+
+    def nowhere(header):
+        raise RefusedError('frame', 'no joint states')
+
+    (reason,) = objects.take(held(name='cup', primitives=(), operation=REMOVE), nowhere, LINKS)
+    assert 'no joint states' in reason
+    assert [obstacle.link for obstacle in objects.current()] == ['hand']
+
+
+def test_a_held_object_is_not_added_to_the_room_once_more(objects):
+    objects.take(held(name='cup'), place, LINKS)
+    (reason,) = objects.take(item('cup'), place, LINKS)
+    assert 'it is held' in reason and len(objects.current()) == 1
 
 
 def test_a_whole_scene_replaces_everything_and_a_difference_adds(objects):

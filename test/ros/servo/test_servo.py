@@ -294,6 +294,16 @@ def test_a_tool_that_changes_in_motion_leaves_it_smooth_and_then_moves_along_the
     np.testing.assert_allclose(moved, [0.0, 0.0, 0.05], atol=1e-4)
 
 
+def test_a_twist_is_over_when_the_tool_changes():
+    """Its axes may have been those of the tool: about 180 degrees turned it would drive the arm backwards."""
+    run = Run()
+    run.twist(ALONG_Y, 0.5)
+    run.servo.use(SolveOptions(), ARM.with_tool(pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, np.pi), np.zeros(3))))
+    run.ticks(500)
+    assert run.servo.at_rest
+    run.assert_smooth()
+
+
 def test_other_options_change_the_solves_and_not_the_motion():
     run = Run()
     run.twist(ALONG_Y, 0.3)
