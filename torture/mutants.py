@@ -28,7 +28,7 @@ ROOMS = ('step', 'descent', 'search')
 TESTS = (  # those first that compile least: most mutants fail there
     'test/ik/step/test_step_rules.py', 'test/ik/search/test_compiled_check.py', 'test/ik/search/test_reach.py',
     'test/ik/search/test_starts.py', 'test/ik/step', 'test/ik/descent', 'test/ik/search',
-    'test/ik/test_bad_inputs.py', 'test/ik/test_notes.py', 'test/ik/test_solver.py',
+    'test/ik/test_bad_inputs.py', 'test/ik/test_notes.py', 'test/ik/test_solver.py', 'test/ik/test_tips.py',
 )  # fmt: skip
 COPIED = ('ros_ik_pkg', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
 NO_MUTANT_SIGNS = ('numba.core.errors', 'SyntaxError', 'UnboundLocalError')  # of a change that does not compile
@@ -42,6 +42,13 @@ NAMES = {'min': 'max', 'max': 'min'}
 # Survivors that compute the same, or the same but for time: the line as it is, the line as it becomes, and why.
 EQUAL: dict[tuple[str, str], str] = {
     ('ratio = 2.0', 'ratio = 4.0'): 'where an iteration begins that converges from anywhere',
+    ('largest, total = 0.0, 0.0', 'largest, total = 0.0, 1.0'): 'the total only tells whether all are finite',
+    ('if abs(q[i] - preferences.reference[i]) > tuning.max_joint_jump:',
+     'if abs(q[i] - preferences.reference[i]) >= tuning.max_joint_jump:'): 'a jump that equals the bound in all bits',
+    ('recording = recorder is not None and len(recorder.rows) > 0',
+     'recording = recorder is not None or len(recorder.rows) > 0'): 'a recorder without rows writes none, in more time',
+    ('hurried > 0 and task.plain > 0.0 and not near_seed,',
+     'hurried > 1 and task.plain > 0.0 and not near_seed,'): 'hurried is 0 or 50',
 }
 
 
