@@ -88,6 +88,17 @@ install() (
     say "$venv is ready"
 )
 
+# Only an environment may be deleted, and not that of another clone, which may be in use.
+check_venv() {
+    local owner
+    [[ -d $venv && -n $(ls -A "$venv") ]] || return 0
+    [[ -e $venv/pyvenv.cfg || -e $venv/bin/python || -e $stamp ]] ||
+        fail "$venv holds other files and is no Python environment; set ROS_IK_VENV to a folder that does not exist"
+    owner=$(head -n 1 "$stamp" 2>/dev/null | sed 's/ | .*//') || true  # no stamp while it is being made
+    [[ -z $owner || $owner == "$root" || ! -d $owner ]] ||
+        fail "$venv belongs to $owner; set ROS_IK_VENV to another folder, or delete it"
+}
+
 make_venv() {
     local interpreter options=()
     if [[ -n ${ROS_IK_PYTHON:-} ]]; then
@@ -103,6 +114,7 @@ make_venv() {
             fail 'found no Python 3.12 or 3.11 that can make virtual environments. Install one' \
                 '(Debian and Ubuntu: apt install python3 python3-venv) or set ROS_IK_PYTHON to it'
     fi
+    check_venv
     say "making $venv with $("$interpreter" --version), once: 1 to 3 minutes, about 550 MB"
     rm -rf "$venv"
     "$interpreter" -m venv "${options[@]}" "$venv"

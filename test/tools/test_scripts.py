@@ -195,6 +195,24 @@ def test_another_interpreter_gets_an_environment_of_its_own_making(setup):
     assert not (setup.venv / 'old').exists()
 
 
+def test_a_folder_that_is_no_environment_is_not_deleted(setup):
+    folder = setup.folder / 'home'
+    folder.mkdir()
+    (folder / 'thesis.tex').write_text('years of work')
+    done = setup.run('ros', ROS_IK_VENV=str(folder))
+    assert done.returncode == 1 and 'is no Python environment' in done.stderr
+    assert (folder / 'thesis.tex').exists()
+
+
+def test_the_environment_of_another_clone_is_not_deleted(setup, tmp_path):
+    setup.run('ros')
+    (setup.venv / 'kept').touch()
+    other = Setup(tmp_path / 'other')
+    done = other.run('ros', ROS_IK_VENV=str(setup.venv))
+    assert done.returncode == 1 and f'belongs to {setup.folder / "repo"}' in done.stderr
+    assert (setup.venv / 'kept').exists()
+
+
 def test_another_distribution_gets_an_environment_of_its_own_making(setup):
     setup.run('ros')
     (setup.venv / 'old').touch()
