@@ -20,7 +20,7 @@ from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacob
 from ros_ik_pkg.ik.model.chain import make_chain
 from ros_ik_pkg.ik.model.default_tip import default_tip
 from ros_ik_pkg.ik.model.joint_limits import limit_joints
-from ros_ik_pkg.ik.model.pinocchio_model import build_model, frame_id, joint_id, placements_of
+from ros_ik_pkg.ik.model.pinocchio_model import build_model, carrier_of, frame_id, joint_id, placements_of
 from ros_ik_pkg.ik.model.sources import read_tree
 from ros_ik_pkg.ik.model.tool import read_tool
 from ros_ik_pkg.ik.model.tree import Joint, Tree
@@ -229,7 +229,7 @@ class Arm:
         if frame not in self.frame_names:
             raise ArgumentError(f'frame {frame!r} does not exist; {suggest(frame, self.frame_names)}')
         link, tip = (self.model.frames[frame_id(self.tree, name)] for name in (frame, self.tip_frame))
-        if link.parentJoint != tip.parentJoint:
+        if carrier_of(link) != carrier_of(tip):
             return None
         return link.placement.actInv(tip.placement).homogeneous @ self.tip_from_tool
 

@@ -54,3 +54,8 @@ def placements_of(tree: Tree, model: pin.Model, chain: Chain, base: str, tip: st
     steps = [model.jointPlacements[joint_id(tree, joint)] for joint in chain.joints] + [tip_placement]
     steps[0] = base_placement.actInv(steps[0])
     return np.array([[*step.rotation.ravel(), *step.translation] for step in steps])
+
+
+def carrier_of(frame: pin.Frame) -> int:
+    """Return the index of the joint that carries a frame, by either name that releases of Pinocchio have for it."""
+    return int(frame.parentJoint if hasattr(frame, 'parentJoint') else frame.parent)
