@@ -140,7 +140,7 @@ def _overshoots(
         q[:-1] + 0.2 * h * v[:-1], q[:-1] + 0.4 * h * v[:-1] + 0.05 * h * h * a[:-1],
         q[1:] - 0.4 * h * v[1:] + 0.05 * h * h * a[1:], q[1:] - 0.2 * h * v[1:],
     ])  # fmt: skip
-    return ((coefficients < lower) | (coefficients > upper)).any(axis=(0, 2))
+    return np.asarray(((coefficients < lower) | (coefficients > upper)).any(axis=(0, 2)))
 
 
 def _bends(steps: np.ndarray) -> np.ndarray:

@@ -249,7 +249,7 @@ class _Work:
     def _border(self) -> np.ndarray:
         """Return the reached cells with a neighbour, in position or rotation, that is not."""
         known = self._known.reshape(*self._shape, self._rotations)
-        inside = known[..., rotation_neighbours(self._parts)].all(axis=-1)
+        inside = np.asarray(known[..., rotation_neighbours(self._parts)].all(axis=-1))
         for axis in range(3):
             behind, before = [slice(None)] * 4, [slice(None)] * 4
             behind[axis], before[axis] = slice(1, None), slice(0, -1)
