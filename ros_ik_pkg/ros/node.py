@@ -95,7 +95,10 @@ class IkNode(Node):
         self._subscribe(topics.TOOL, self._tools.take)
         self._subscribe(topics.TOOL_POSE, self._tools.take)
         for topic in topics.PLANNING_SCENE_TOPICS:
-            self._subscribe(topic, self._on_scene)
+            try:
+                self._subscribe(topic, self._on_scene)
+            except RuntimeError as error:  # of rcl: types that the middleware cannot take end no node
+                self.get_logger().warning(f'not listening on {topic.name}: {error}')
         self._subscribe(topics.JOINT_STATES, self._on_joint_state)
         self._subscribe(topics.TARGET_TWIST, self._stream.on_twist)
         self.create_service(SetBool, topics.PAUSE, self._on_pause)
