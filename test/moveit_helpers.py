@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 STAND_IN = Path(__file__).parent / 'moveit_stand_in'
@@ -19,6 +20,11 @@ def why_not() -> str:
         return ''
     if not (Path(sys.prefix) / 'share' / 'rosidl_generator_py').is_dir():
         return f'neither moveit_msgs nor the generators of rosidl in {sys.prefix}'
+    missing = [name for name in ('catkin_pkg', 'em', 'lark') if not importlib.util.find_spec(name)]
+    if missing:  # which the wheels of the generators import without asking for them; those of colcon bring them
+        return f'neither moveit_msgs nor {", ".join(missing)}, which the generators of rosidl need'
+    if not Path(sysconfig.get_path('include'), 'Python.h').exists():
+        return 'neither moveit_msgs nor the headers of Python'
     return '' if shutil.which('g++') else 'neither moveit_msgs nor a C++ compiler'
 
 
