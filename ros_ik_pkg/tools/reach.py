@@ -14,10 +14,9 @@ from ros_ik_pkg.compare.command import picture
 from ros_ik_pkg.compare.progress import progress_bar
 from ros_ik_pkg.ik import Arm, IkError, ReachMap, SolveOptions, World, load_arm, rank_placements, reach_map, warm_up
 from ros_ik_pkg.ik.reachability import placement
-from ros_ik_pkg.ik.reachability.reach_map import CHUNKS
+from ros_ik_pkg.ik.reachability.reach_map import CHUNKS, ROUNDS, SAMPLES
 from ros_ik_pkg.tools.path_files import read_path_file
 
-ROUNDS, SAMPLES = 8, 10_000_000
 SHOWN = 10  # placements
 
 

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ros_ik_pkg.ik.arm import Arm
-from ros_ik_pkg.ik.kernel.data_layout import HEADER, Tuning
+from ros_ik_pkg.ik.kernel.data_layout import GEOMETRY_JOINTS, HEADER, Tuning
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, rotation_vectors
 from ros_ik_pkg.ik.path.path_options import PathOptions
@@ -68,7 +68,7 @@ class Problem:
     def model(self) -> np.ndarray:
         """The packed arm, without limits of joints that may turn round: a branch goes on beyond them."""
         packed, n, joints = self.arm.packed.copy(), self.arm.n, len(self.arm.prismatic)
-        first = HEADER + 12 * (joints + 1) + 4 * joints
+        first = HEADER + 12 * (joints + 1) + GEOMETRY_JOINTS * joints
         if self.options.respect_limits:
             packed[first : first + n], packed[first + n : first + 2 * n] = self.row_limits
         free = self.arm.wraps != 0

@@ -28,6 +28,7 @@ from ros_ik_pkg.ik.world import World
 
 ACROSS = 21  # cells along each axis by default
 MOST_CELLS = 50_000_000
+SAMPLES, ROUNDS = 10_000_000, 8
 CHUNKS = 8  # of the work: the same for any number of threads, so that the map is the same too
 SPREADS = (0.3, 0.6)  # [rad, m] in turns, around the configurations at the border
 TRIES = 30  # around each of them, in each round
@@ -111,8 +112,8 @@ def reach_map(
     step: float | None = None,
     parts: int = 3,
     box: ArrayLike | None = None,
-    samples_count: int = 10_000_000,
-    rounds: int = 8,
+    samples_count: int = SAMPLES,
+    rounds: int = ROUNDS,
     options: SolveOptions | None = None,
     world: World | None = None,
     workers: int | None = None,

@@ -68,6 +68,12 @@ def _mark(model, lower, spans, corner, step, shape, parts, first, count, margin,
 def _cell_of(geometry, joints, q, corner, step, shape, parts):
     """Return the cell of the tip's pose at q, -1 outside the grid."""
     R, p = walk(geometry, q, joints)
+    return _cell_of_pose(R, p, corner, step, shape, parts)
+
+
+@inlined
+def _cell_of_pose(R, p, corner, step, shape, parts):
+    """Return the cell of a pose, -1 outside the grid."""
     place = position_cell(p, corner, step, shape)
     return place * 4 * parts * parts * parts + rotation_cell(R, parts) if place >= 0 else -1
 
@@ -141,8 +147,8 @@ def _look_at(model, configurations, corner, step, shape, parts, memory, q, colum
     joints = make_joints(model, memory)
     for k in range(len(configurations)):
         assign(q, configurations[k])
-        cells[k] = _cell_of(geometry, joints, q, corner, step, shape, parts)
-        _, p = walk(geometry, q, joints)
+        R, p = walk(geometry, q, joints)
+        cells[k] = _cell_of_pose(R, p, corner, step, shape, parts)
         fill_columns(geometry, joints.axes, p, columns)
         svd(columns, U, W, sigma)
         sigmas[k] = sigma[min(len(q), 6) - 1]
