@@ -15,15 +15,8 @@ import time
 from collections.abc import Callable
 
 from ros_ik_pkg.ik.arm import load_arm
-from ros_ik_pkg.ik.kernel.compiled import (
-    CACHE_FOLDER,
-    NOT_SAVED,
-    count_functions,
-    is_cached,
-    is_writable,
-    prepare,
-    translated,
-)
+from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER, count_functions, is_writable
+from ros_ik_pkg.ik.kernel.compiled import NOT_SAVED, is_cached, prepare, translated
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual

@@ -18,7 +18,7 @@ from std_srvs.srv import SetBool
 from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm, Compilation, IkError
-from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
+from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
 from ros_ik_pkg.ik.text import list_names, shorten
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, STREAM, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler

@@ -14,7 +14,7 @@ import pytest
 from numerics import get_arm, reachable_poses
 
 from ros_ik_pkg.ik import METHODS, NotCompiledError, SolveOptions, compilation, load_arm, solve
-from ros_ik_pkg.ik.kernel import compiled
+from ros_ik_pkg.ik.kernel import cache_folder
 from ros_ik_pkg.ik.solver import use_usual
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -191,12 +191,12 @@ def test_the_cache_of_another_machine_type_is_not_used(tmp_path):
 
 def test_a_folder_that_cannot_be_written_to_is_read_where_it_holds_code(tmp_path, monkeypatch):
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
-    folder = compiled.cache_folder()
+    folder = cache_folder.cache_folder()
     assert folder is not None
-    monkeypatch.setattr(compiled, 'is_writable', lambda folder: False)
-    assert compiled.cache_folder() is None
+    monkeypatch.setattr(cache_folder, 'is_writable', lambda folder: False)
+    assert cache_folder.cache_folder() is None
     (folder / 'sincos.nbi').touch()
-    assert compiled.cache_folder() == folder
+    assert cache_folder.cache_folder() == folder
 
 
 @pytest.mark.workspace  # compiles for half a minute

@@ -16,7 +16,7 @@ import numpy as np
 from ros_ik_pkg.ik.contacts.coal_library import coal, hull_of
 from ros_ik_pkg.ik.contacts.mesh_parts import cut_into_parts
 from ros_ik_pkg.ik.exceptions import ModelError
-from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER
+from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
 
 MOST_BYTES = 512 * 2**20
 MOST_TRIANGLES = 20000  # of a mesh that is cut into parts; of more the points are moved to the corners of a grid

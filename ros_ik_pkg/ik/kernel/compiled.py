@@ -1,95 +1,21 @@
-"""The decorators for compiled functions, so that all share the same arithmetic and the same cache.
-
-Numba checks only the file of a function to decide whether its cached code is valid, but code of this package is
-inlined across files. So the cache is a folder named after everything that the compiled code depends on: any change
-makes a new folder, and code of a read-only installation is cached too.
-"""
+"""The decorators for compiled functions, so that all share the same arithmetic and the same cache."""
 
 from __future__ import annotations
 
-import ast
-import hashlib
-import os
-import re
-import tempfile
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-import llvmlite
 import numba
 
+from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
 from ros_ik_pkg.ik.kernel.garbage import collect_less
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 
-PACKAGE = 'ros_ik_pkg'
-DECORATED = re.compile(r'^@(compiled|kernel|inlined|door|variant_of)\b', re.MULTILINE)
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 
-def cache_folder() -> Path | None:
-    """Return the folder for compiled code; None if there is none, and code is kept in memory only.
-
-    It is below $NUMBA_CACHE_DIR, else $XDG_CACHE_HOME, else ~/.cache, and is named after what the code depends on, so
-    that a clone, a workspace and an installed package share it. A folder that is not writable is still read.
-    """
-    root = os.environ.get('NUMBA_CACHE_DIR') or os.environ.get('XDG_CACHE_HOME') or '~/.cache'
-    try:
-        folder = Path(root).expanduser() / 'ros_ik_pkg' / digest_of_sources(sources_of_compiled_code())
-        folder.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):
-        return None
-    return folder if is_writable(folder) or any(folder.glob('*.nbi')) else None
-
-
-def is_writable(folder: Path) -> bool:
-    """Return whether a file can be written to a folder; permissions alone do not show a full disk."""
-    try:
-        with tempfile.TemporaryFile(dir=folder) as probe:
-            probe.write(bytes(4096))
-    except OSError:
-        return False
-    return True
-
-
-def sources_of_compiled_code() -> list[Path]:
-    """Return the files of the package that hold compiled functions, and those whose constants they import."""
-    top = Path(__file__).parents[2]
-    imported = {path: _imported_files(path, top) for path in (*(top / 'ik').rglob('*.py'), *top.glob('*.py'))}
-    found = {path for path in imported if DECORATED.search(path.read_text())}
-    while more := {file for path in found for file in imported[path]} - found:
-        found |= more
-    return sorted(found)
-
-
-def count_functions() -> int:
-    """Return about how many functions the solver has to compile: the decorated ones."""
-    return sum(len(DECORATED.findall(path.read_text())) for path in sources_of_compiled_code())
-
-
-def _imported_files(path: Path, top: Path) -> set[Path]:
-    """Return the files below `top` from which a file imports, judged by its text."""
-    modules = re.findall(rf'^from {PACKAGE.replace(".", "[.]")}[.]([\w.]+) import', path.read_text(), re.MULTILINE)
-    return {top / (module.replace('.', '/') + '.py') for module in modules}
-
-
-def digest_of_sources(paths: Iterable[Path]) -> str:
-    """Return a name for what these files compile to: releases of the compiler count; comments, docstrings, places and
-    the looks of methods do not."""
-    digest = hashlib.sha256(f'{numba.__version__} {llvmlite.__version__} {bool(WHY_PLAIN)}'.encode())
-    for path in paths:
-        tree = ast.parse(path.read_bytes())
-        for node in ast.walk(tree):
-            if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(node) is not None:
-                del node.body[0]
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == 'Look':
-                node.args, node.keywords = [], []
-        digest.update(f'{path.name} {ast.dump(tree)}'.encode())
-    return digest.hexdigest()[:16]
-
-
-CACHE_FOLDER = cache_folder()
 NOT_SAVED: list[str] = []  # why compiled code could not be saved
 translated: list[str] = []  # names of the parts that were compiled so far
 collect_less()
@@ -229,4 +155,5 @@ def prepare(function: Any) -> None:
 
 def is_cached(function: Any) -> bool:
     """Return whether the cache has the code of such a function for this machine."""
-    return CACHE_FOLDER is not None and function._cache.load_overload(function.types, function.targetctx) is not None
+    holds = getattr(function._cache, 'holds', None)  # Numba's own caches, if ours cannot be used, lack it
+    return holds is not None and holds(function.types, function.targetctx.codegen())

@@ -18,7 +18,7 @@ from numerics import get_arm
 
 import ros_ik_pkg
 from ros_ik_pkg.ik import CHOICES, METHODS, SolveOptions, load_arm, solve, solve_batch
-from ros_ik_pkg.ik.kernel import compiled
+from ros_ik_pkg.ik.kernel import cache_folder, compiled
 from ros_ik_pkg.ik.kernel.compiled import kernel, variant_of
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
@@ -69,7 +69,7 @@ def in_a_new_process(program, **environment):
     return result.stdout.strip()
 
 
-FOLDER = 'from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER; print(CACHE_FOLDER)'
+FOLDER = 'from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER; print(CACHE_FOLDER)'
 SINE = f'from ros_ik_pkg.ik.kernel.sincos import sincos; print(sincos(0.5)); {FOLDER}'
 AFTER_WARM_UP = """
 import numpy as np
@@ -141,7 +141,7 @@ def test_comments_docstrings_places_and_looks_keep_the_cache_and_a_constant_does
 
     def digest(text: str) -> str:
         path.write_text(text)
-        return compiled.digest_of_sources([path])
+        return cache_folder.digest_of_sources([path])
 
     plain = digest('A = 1\n\ndef f():\n    return A\n')
     assert digest('"""Module."""\n# why\nA = 1\n\n\ndef f():\n    """Return A."""\n    return A\n') == plain
@@ -153,9 +153,28 @@ def test_comments_docstrings_places_and_looks_keep_the_cache_and_a_constant_does
 
 
 def test_the_cache_depends_on_files_with_compiled_code_and_what_they_import_alone():
-    names = {path.name for path in compiled.sources_of_compiled_code()}
+    names = {path.name for path in cache_folder.sources_of_compiled_code()}
     assert {'search.py', 'methods.py', 'sincos.py', 'solution.py', 'compiled.py'} <= names
     assert not {'arm.py', 'urdf.py', 'solver.py', 'text.py'} & names
+
+
+def test_the_name_of_the_folder_is_looked_up_until_a_source_changes(tmp_path, monkeypatch):
+    path, known = tmp_path / 'a.py', tmp_path / 'names'
+    path.write_text('A = 1\n')
+    name = cache_folder.name_of_sources([path], known)
+    assert name == cache_folder.digest_of_sources([path])
+    path.write_text('A = 1  # why\n')
+    assert cache_folder.name_of_sources([path], known) == name
+    path.write_text('A = 2\n')
+    other = cache_folder.name_of_sources([path], known)
+    assert other == cache_folder.digest_of_sources([path]) != name
+    notes = list(known.iterdir())
+    assert len(notes) == 3
+    monkeypatch.setattr(cache_folder, 'digest_of_sources', lambda paths: 'worked out')
+    assert cache_folder.name_of_sources([path], known) == other
+    for note in notes:
+        note.write_text('broken')
+    assert cache_folder.name_of_sources([path], known) == 'worked out'
 
 
 def test_a_copy_of_the_package_elsewhere_finds_what_another_compiled(tmp_path):
@@ -195,7 +214,8 @@ def test_where_the_disk_fills_while_compiling_the_code_lives_in_memory(tmp_path)
     program = (
         'import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))\n'  # room for the probe alone
         'from ros_ik_pkg.ik.kernel.sincos import sincos\n'
-        'from ros_ik_pkg.ik.kernel.compiled import CACHE_FOLDER, NOT_SAVED\n'
+        'from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER\n'
+        'from ros_ik_pkg.ik.kernel.compiled import NOT_SAVED\n'
         'print(sincos(0.5)[0], bool(CACHE_FOLDER), len(NOT_SAVED))'
     )
     sine, kept, failures = in_a_new_process(program, NUMBA_CACHE_DIR=str(tmp_path)).split()
