@@ -1,4 +1,4 @@
-"""The compiled doors: every solve, alone or in a batch, with or without a trace, goes through `solve_rows`."""
+"""The compiled entry points: every solve, alone or in a batch, with or without a trace, goes through `solve_rows`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ros_ik_pkg.ik.descent.descent import CONVERGED
 from ros_ik_pkg.ik.descent.objectives import NONE
 from ros_ik_pkg.ik.descent.recorder import singular_figures
 from ros_ik_pkg.ik.kernel.clock import now
-from ros_ik_pkg.ik.kernel.compiled import door, inlined, kernel
+from ros_ik_pkg.ik.kernel.compiled import entry_point, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import (
     TUNABLES,
     Preferences,
@@ -60,7 +60,7 @@ ONE_TARGET = (
 )
 
 
-@door(types.bool_, ONE_TARGET)
+@entry_point(types.bool_, ONE_TARGET)
 def solve_usual(model, numbers, target, seed, row):
     """Do what `solve_one` does for most targets, compiled in two thirds of its time; used until that is there.
 
@@ -70,7 +70,7 @@ def solve_usual(model, numbers, target, seed, row):
     return _solve_one(model, numbers, target, seed, row, None)
 
 
-@door(types.bool_, ONE_TARGET)
+@entry_point(types.bool_, ONE_TARGET)
 def solve_one(model, numbers, target, seed, row):
     """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row, and return
     whether they are any good: False if an argument is none, by its shape too (NOT_AN_ARGUMENT).
@@ -99,7 +99,7 @@ def _solve_one(model, numbers, target, seed, row, rows):
     return row[n + STATUS] >= 0.0
 
 
-@door(types.int64, [types.Array(types.float64, d, 'C') for d in (1, 1, 2, 1, 1, 2, 2, 2, 2)])
+@entry_point(types.int64, [types.Array(types.float64, d, 'C') for d in (1, 1, 2, 1, 1, 2, 2, 2, 2)])
 def solve_range(model, numbers, targets, seeds, references, out, answers, touching, rows):
     """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
 

@@ -1,4 +1,4 @@
-"""The compiled door for two tips: the search of `search.py`, compiled for a pair of chains when one is first solved.
+"""The compiled entry point for two tips: the search of `search.py` for a pair of chains, compiled at its first call.
 
 Nothing of it is compiled, loaded or asked for where one chain is solved. It has no trace and no null space.
 """
@@ -15,7 +15,7 @@ import ros_ik_pkg.ik.search.pair_starts
 import ros_ik_pkg.ik.step.pair  # noqa: F401 the variants of a pair are known once these are imported
 from ros_ik_pkg.ik.collision.obstruction import make_obstruction, obstruction_size
 from ros_ik_pkg.ik.kernel.clock import now
-from ros_ik_pkg.ik.kernel.compiled import door, inlined, kernel
+from ros_ik_pkg.ik.kernel.compiled import entry_point, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import Preferences, Solutions, tuning_of, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import ROWS, assign, fill
 from ros_ik_pkg.ik.kernel.numba_insides import shaped, small_loops
@@ -55,8 +55,10 @@ VECTOR, MATRIX = types.Array(types.float64, 1, 'C'), types.Array(types.float64, 
 TARGETS = 3  # poses: the first tip's target, the second's, and the first's in the base frame
 
 
-@door(types.bool_, [VECTOR] * 2 + [types.Array(types.float32, 2, 'C')] + [VECTOR] * 2 + [MATRIX] + [VECTOR] * 4
-      + [MATRIX] * 2)  # fmt: skip
+@entry_point(
+    types.bool_,
+    [VECTOR] * 2 + [types.Array(types.float32, 2, 'C')] + [VECTOR] * 2 + [MATRIX] + [VECTOR] * 4 + [MATRIX] * 2,
+)
 def solve_pair(first, second, starts, layout, numbers, targets, wanted, seed, reference, row, answers, touching):
     """Solve one pair of targets (12, 4) from a seed (n,); write q and the figures to row, and return whether they are
     any good, as `solve_one` does.
