@@ -169,7 +169,7 @@ class Stream:
             self._refusal = why
 
     def _joint_state(self, arm: Arm) -> np.ndarray | None:
-        """Return where the joints are (n,); None where seeds do not come from joint states. Refuses unknown ones."""
+        """Return where the joints are (n,); None if seeds do not come from joint states. Refuses unknown ones."""
         if self._settings.seed_source != 'joint_states' or self._handler.joint_states.empty:
             return None
         return self._handler.joint_states.seed(arm.joint_names)
