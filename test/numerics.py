@@ -1,4 +1,4 @@
-"""For the tests of the numerics: judges that share nothing with them, and doors to their compiled parts."""
+"""For the tests of the numerics: judges that share nothing with them, and entry points to their compiled parts."""
 
 from __future__ import annotations
 

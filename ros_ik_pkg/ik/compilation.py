@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER, count_functions, is_writable
-from ros_ik_pkg.ik.kernel.compiled import NOT_SAVED, is_cached, prepare, translated
+from ros_ik_pkg.ik.kernel.compiled import NOT_SAVED, translated
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
@@ -46,8 +46,8 @@ def warm_up(report: Report = print) -> float:
     began = time.monotonic()
     with _Notice(report, 'half a minute'):
         compile_small()
-        prepare(solve_one)
-        prepare(solve_range)
+        solve_one.prepare()
+        solve_range.prepare()
     _report_oddities(report)
     return time.monotonic() - began
 
@@ -65,13 +65,12 @@ class Compilation:
         if self.complete:
             warm_up(report)
             return
-        use_usual(True)
         if CACHE_FOLDER is not None and is_writable(CACHE_FOLDER):
             # In a session of its own: Ctrl-C is for the node, which ends its helper.
             self._helper = subprocess.Popen([sys.executable, '-c', HELPER], start_new_session=True)
         try:
             with _Notice(report, '10 s before the first targets are answered, as long again for all'):
-                prepare(solve_usual)
+                use_usual(True)
                 compile_small()
         except BaseException:
             self.close()
@@ -96,19 +95,18 @@ class Compilation:
         if self._closed:
             return
         try:
-            prepare(solve_one)
-            prepare(solve_range)
+            solve_range.prepare()
+            use_usual(False)
         except Exception as error:
             self._report(f'not all of the solver could be compiled, {error}; targets that need it are refused')
             return
-        use_usual(False)
         self.complete = True
         self._report(f'all of the solver is compiled, {time.monotonic() - began:.0f} s after the usual solve')
 
 
 def all_cached() -> bool:
     """Return whether the cache holds both searches."""
-    return is_cached(solve_one) and is_cached(solve_range)
+    return solve_one.is_cached() and solve_range.is_cached()
 
 
 def compile_small() -> None:
@@ -177,7 +175,7 @@ def main(arguments: list[str] | None = None) -> int:
             compile_small()  # what the node needs beside the usual solve, which it compiles meanwhile
             os.nice(LOW_PRIORITY)
         seconds = warm_up(say)
-        prepare(solve_usual)
+        solve_usual.prepare()
     say(f'compiled in {seconds:.0f} s, kept in {CACHE_FOLDER}')
     return 1 if NOT_SAVED else 0
 

@@ -48,7 +48,7 @@ STILL_COMPILING = (
     'solutions clear of contact'
 )
 
-one_target = solve_one  # or solve_usual, until that is compiled
+one_target: Callable[..., bool] | None = None  # what `solve` calls; set when it is first needed
 
 
 class Transform(Protocol):
@@ -108,12 +108,11 @@ def solve(
         target = as_array(getattr(target, 'homogeneous', target), 'target', POSE)
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = as_array(seed, 'seed', (arm.n,))
-    room, model, call = None, arm.packed, one_target  # another thread may change it
-    if options.avoid_collisions and arm.shaped:
-        room = arm.contacts.room(world)
-        model = arm.packed if call is solve_usual else room.behind(model)
+    room = arm.contacts.room(world) if options.avoid_collisions and arm.shaped else None
     if trace or reference is not None or options.choice == 'all':
         return _solve_at_length(arm, target, seed, options, reference, trace, room)
+    call = one_target or use_usual(False)  # held, because another thread may change it
+    model = arm.packed if room is None or call is solve_usual.compiled else room.behind(arm.packed)
     row = empty(arm.n + WIDTH)
     try:
         good = call(model, options.numbers, target, seed, row)
@@ -125,17 +124,20 @@ def solve(
             raise NotCompiledError(STILL_COMPILING)
         raise _argument_error(arm, options, target, seed, seed)
     if room is not None:
-        if call is solve_usual:
+        if call is solve_usual.compiled:
             _refuse_contact(row[: arm.n], options, room)
         elif row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
             return _solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
 
 
-def use_usual(usual: bool) -> None:
-    """Let `solve` answer with what `solve_usual` can do, or with all of it."""
+def use_usual(usual: bool) -> Callable[..., bool]:
+    """Let `solve` call `solve_usual`, or else `solve_one`, compiled by now; return what it calls."""
     global one_target
-    one_target = solve_usual if usual else solve_one
+    entry = solve_usual if usual else solve_one
+    entry.prepare()
+    one_target = entry.compiled
+    return one_target
 
 
 def _refuse_contact(q: np.ndarray, options: SolveOptions, room: Room) -> None:
@@ -149,7 +151,7 @@ def _solve_at_length(
     room: Room | None,
 ) -> Solution:
     """Solve where more is wanted than one answer from one seed, or where the answers that were found may touch."""
-    if one_target is solve_usual:
+    if one_target is solve_usual.compiled:
         raise NotCompiledError(STILL_COMPILING)
     n = arm.n
     target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (n,))

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from ros_ik_pkg.ik.arm_tree import ArmTree
 from ros_ik_pkg.ik.collision.obstruction import MOST_TOUCHING
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
-from ros_ik_pkg.ik.kernel.compiled import prepare
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.search.entry import FOUND, STATUS
 from ros_ik_pkg.ik.search.pair_entry import solve_pair
@@ -108,7 +107,7 @@ def solve_tips(
 
 def prepare_tips() -> None:
     """Compile the search for two tips, or load it from the cache, before it is needed."""
-    prepare(solve_pair)
+    solve_pair.prepare()
 
 
 def _argument_error(

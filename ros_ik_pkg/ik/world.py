@@ -35,7 +35,7 @@ class Obstacle:
     touches : tuple of str
         Links besides that one that it may touch, such as the fingers that hold it.
 
-    Raises ArgumentError where the size or the pose is none.
+    Raises ArgumentError if the size or the pose is none.
 
     """
 
@@ -69,7 +69,7 @@ class World:
     positions : mapping of str to float
         Positions of joints outside the chain by name [rad, m]; others stand at rest.
 
-    Raises ArgumentError where the floor is not finite or names occur twice.
+    Raises ArgumentError if the floor is not finite or names occur twice.
 
     """
 
@@ -88,7 +88,7 @@ class World:
 
 
 def _check_obstacles(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
-    """Return the obstacles as a tuple, or raise ArgumentError where there are too many or names occur twice."""
+    """Return the obstacles as a tuple, or raise ArgumentError if there are too many or names occur twice."""
     obstacles = tuple(obstacles)
     if len(obstacles) > MOST_OBSTACLES:
         raise ArgumentError(f'{len(obstacles)} obstacles; at most {MOST_OBSTACLES}')

@@ -44,7 +44,7 @@ class Answers:
     """Keeps the messages with the expected stamp and drops those about other targets.
 
     result: values of ~/result by name, and its sentence as 'message'; empty until it comes.
-    solution: joint positions by name [rad, m] of the newest target that has a result; empty where it has no solution.
+    solution: joint positions by name [rad, m] of the newest target that has a result; empty if it has no solution.
     runs, curves, paths: of the last comparison that came whole, by method.
     search: the iterates of the node's own solve, None until they come.
     compared: whether the comparison of the newest target has come.

@@ -54,7 +54,7 @@ HEALTH_PERIOD = 1.0  # s, REP 107
 class IkNode(Node):
     """Solves each target pose that comes in, with the settings and the joint state of that moment.
 
-    Raises OptionError or ModelError where the parameters at the start are wrong.
+    Raises OptionError or ModelError if the parameters at the start are wrong.
     """
 
     def __init__(self) -> None:

@@ -288,7 +288,7 @@ def test_one_chain_is_solved_without_any_code_for_two():
         'from ros_ik_pkg.ik.search.pair_entry import solve_pair\n'
         "arm = load_arm('panda')\n"
         'assert solve(arm, arm.forward(arm.home + 0.1)).converged\n'
-        'assert not solve_pair.signatures'
+        'assert not solve_pair.compiled.signatures'
     )
     result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True, timeout=600)
     assert result.returncode == 0, result.stderr

@@ -1,9 +1,9 @@
 """A certain lower bound of the distance between two convex bodies, by GJK.
 
 A body is the convex hull of a few points, rounded by a radius. GJK (Gilbert, Johnson, Keerthi 1988) looks for the
-point of the Minkowski difference A - B that is nearest to the origin. Its simplex only proposes directions: for any
-direction v at all, the bodies are at least min v . (a - b) / |v| apart, and it is this number that counts. So a
-mistake of the simplex can make the bound too small, never too large.
+point of the Minkowski difference A - B that is nearest to the origin. Its simplex only proposes directions: for every
+direction v, the bodies are at least min v . (a - b) / |v| apart, and this number is the bound. So an error of the
+simplex can make the bound too small, but never too large.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ros_ik_pkg.ik.kernel.compiled import kernel
 MOST_STEPS = 24
 CLOSE_ENOUGH = 1e-7  # [m] between bounds that count as one
 ROUNDING = 1e-12  # [m]
-FLAT = 1e-9  # [m] height of a tetrahedron that has no inside
+FLAT = 1e-9  # [m] height below which a tetrahedron counts as flat
 SCRATCH = 28  # numbers of workspace: 4 points of A - B, 4 of A, 4 weights
 
 
@@ -50,10 +50,10 @@ def corner(vertices, first, count, pose, x, y, z):
 
 @kernel
 def hull_distance(vertices, first_a, count_a, pose_a, first_b, count_b, pose_b, clear, touch, guess, out, work):
-    """Bound the distance of two hulls [m]; return (lower, upper), both 0 where they overlap.
+    """Return (lower, upper) bounds of the distance of two hulls [m], both 0 if they overlap.
 
     It stops as soon as lower > `clear` or upper <= `touch`. `guess` (3,) is a first direction from B to A. `out` (6,)
-    receives the nearest point of A and of B as far as they are known.
+    receives the best known nearest points of A and of B.
     """
     x, y, z = guess
     lower, upper, size = 0.0, math.inf, 0
@@ -115,7 +115,7 @@ def combine(work, size, start):
 @kernel
 def shrink(work, size):
     """Drop the points that the simplex's nearest point to the origin does not need and write the weights of the
-    others; return how many are left, 4 where the origin is inside."""
+    others; return their number, 4 if the origin is inside."""
     if size == 1:
         work[24] = 1.0
         return 1
@@ -129,7 +129,7 @@ def shrink(work, size):
 
 @kernel
 def shrink_tetrahedron(work):
-    """Implement `shrink` for four points: the nearest of the faces beyond which the origin is counts."""
+    """Implement `shrink` for four points, by the nearest of the faces that have the origin on their outer side."""
     nearest, best = math.inf, -1
     for face in range(4):
         i, j, k, opposite = face_of(face)
@@ -161,8 +161,7 @@ def face_of(face):
 
 @kernel
 def beyond(work, i, j, k, opposite):
-    """Return whether the origin is not on the side of the face i j k where the fourth corner is; a flat tetrahedron
-    has no inside."""
+    """Return whether face i j k separates the origin from the fourth corner, or the tetrahedron is flat."""
     ux, uy, uz = work[3 * j] - work[3 * i], work[3 * j + 1] - work[3 * i + 1], work[3 * j + 2] - work[3 * i + 2]
     vx, vy, vz = work[3 * k] - work[3 * i], work[3 * k + 1] - work[3 * i + 1], work[3 * k + 2] - work[3 * i + 2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -218,7 +217,7 @@ def on_triangle(work, i, j, k):
 
 @kernel
 def keep_triangle(work, i, j, k):
-    """Keep of three points those that their triangle's nearest point to the origin needs."""
+    """Keep those of three points that their triangle's nearest point to the origin needs."""
     a, b, c = on_triangle(work, i, j, k)
     return keep(work, a, b, c, i, j, k)
 

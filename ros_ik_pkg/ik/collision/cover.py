@@ -1,7 +1,7 @@
-"""Few points and a radius that cover many points for certain.
+"""Covers: the hull of few points, rounded by a radius, that contains the hull of many points.
 
-The distance to a convex set is a convex function, so over the hull of the given points it is largest at one of them.
-So a radius that reaches from the hull of the few to every one of the many covers all of their hull.
+The distance to a convex set is a convex function, so over the hull of the many points it is largest at one of them.
+So the radius is the largest distance of one of the many points from the hull of the few.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 
 FEW_POINTS = 16  # of the coarse cover
 MOST_POINTS = 256  # of the fine one
-CLOSE = 2e-4  # [m] radius that is small enough
+CLOSE = 2e-4  # [m] radius at which no more points are added
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 ROUNDING = 2.0 * CLOSE_ENOUGH  # [m] added to the radius: a distance below CLOSE_ENOUGH counts as none
 
@@ -31,7 +31,7 @@ class Cover(NamedTuple):
     fine_radius: float
 
     def grown(self, by: float) -> Cover:
-        """Return the cover of the body with everything that is as near to it as `by` [m]."""
+        """Return the cover of the body rounded by another `by` [m]."""
         return self._replace(radius=self.radius + by, fine_radius=self.fine_radius + by)
 
 
@@ -50,7 +50,7 @@ def capsule_around(points: np.ndarray) -> np.ndarray:
 
 
 def _capsule_along(points: np.ndarray, centre: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return the shortest capsule of the least radius around points, along an axis through a centre."""
+    """Return the shortest capsule of the smallest radius around points, along an axis through a centre."""
     along = (points - centre) @ axis
     away = np.linalg.norm(points - centre - np.outer(along, axis), axis=1)
     radius = away.max()
@@ -65,7 +65,7 @@ def _capsule_along(points: np.ndarray, centre: np.ndarray, axis: np.ndarray) -> 
 def cover_points(points: np.ndarray) -> Cover:
     """Return a cover of the convex hull of points (k, 3) [m].
 
-    Its points are chosen greedily: the one that is furthest from the hull of those before it comes next.
+    Its points are chosen greedily: each is the one furthest from the hull of those before it.
     """
     if len(points) <= 8:
         return Cover(points, len(points), 0.0, 0.0)
@@ -98,7 +98,7 @@ def _reduce(vertices, chosen, count, few, gaps, pose, work, out, guess):
     while True:
         furthest, radius, last = -1, 0.0, few.shape[1] - 1
         for k in range(vertices.shape[1]):
-            if gaps[k] > max(radius, CLOSE):  # it only shrinks: those that are near enough need no second look
+            if gaps[k] > max(radius, CLOSE):  # gaps only shrink, so points that are near enough need no second look
                 copy_point(vertices, k, few, last)
                 for r in range(3):
                     guess[r] = few[r, 0] - vertices[r, k]

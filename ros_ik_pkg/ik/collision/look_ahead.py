@@ -1,8 +1,8 @@
-"""Contact in motion: whether a stop stays clear of it, and how far apart things are before they touch.
+"""Contact in motion: whether a stop stays clear of contact, and how far apart bodies are.
 
 A stop is judged by conservative advancement (Mirtich 1996): two pieces that are `gap` apart stay apart until the joints
 have moved them by `gap`, which takes gap / rate at least, where `rate` bounds the speed at which they can approach. So
-each pair is looked at again when that time is over, and pairs that are far apart only once.
+each pair is looked at again only after that time, and pairs that are far apart only once.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ros_ik_pkg.ik.motion.jerk_limited import follow_stop, plan_stop
 
 @kernel
 def gap_of(scene, placed, k, clear):
-    """Return a lower bound of the distance of contact k [m], numbered as in `first_contact`; exact to 1e-7 m where the
+    """Return a lower bound of the distance of contact k [m], numbered as in `first_contact`; exact to 1e-7 m if the
     pieces are no further apart than `clear` and do not overlap."""
     pairs = len(scene.pairs)
     if k < pairs:
@@ -29,7 +29,7 @@ def gap_of(scene, placed, k, clear):
 
 @compiled
 def gaps_of(packed, configurations, within):
-    """Return (N, C): `gap_of` each contact at each configuration (N, n), inf where it is more than `within` (C,)."""
+    """Return (N, C): `gap_of` each contact at each configuration (N, n), or inf if it exceeds `within` (C,)."""
     gaps = np.empty((len(configurations), int(packed[2]) + int(packed[3])))
     _write_gaps(packed, configurations, within, np.empty(scene_memory(packed)), gaps)
     return gaps
@@ -52,9 +52,9 @@ def contact_of_stop(packed, levers, margins, state, limits, period, where):
     """Return the first contact, numbered as in `first_contact`, on the shortest stop from a state; -1 if it is clear.
 
     levers: (C, n) by how much a contact's gap shrinks at most per rad or m of each joint. margins: (C,) [m] the gap
-    that must be left, -inf for contacts that do not count. state: (3, n) position, velocity, acceleration. limits:
-    (5, n) as for `advance`. period: [s] the least time between two looks.
-    where: (n,) receives the joints of the contact.
+    that must remain, -inf for contacts that do not count. state: (3, n) position, velocity, acceleration. limits:
+    (5, n) as for `advance`. period: [s] the shortest time between two looks.
+    where: (n,) receives the joint positions at the contact.
     """
     contacts = int(packed[2]) + int(packed[3])
     return _follow_stop(
@@ -64,7 +64,7 @@ def contact_of_stop(packed, levers, margins, state, limits, period, where):
 
 @kernel
 def _follow_stop(packed, levers, margins, state, limits, period, where, table, memory):
-    """Do what `contact_of_stop` says; table (2, C): rates [m/s] and when to look again [s]."""
+    """Implement `contact_of_stop`; table (2, C): rates [m/s] and when to look again [s]."""
     scene = unpack_scene(packed)
     placed = cut_placed(scene, memory)
     rates, due = table[0], table[1]

@@ -1,4 +1,4 @@
-"""What stands in the way of a solution: configurations that hold the task and touch something count as none."""
+"""Contact in the search: a configuration that solves the task but touches something is no solution."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_TOUCHING = 8  # configurations that are kept, for an exact look and for the
 
 
 class Obstruction(NamedTuple):
-    """A packed scene, and the configurations that hold the task but are not clear of contact."""
+    """A packed scene, and the configurations that solve the task but are not clear of contact."""
 
     scene: np.ndarray  # of length 0 if contact does not count
     memory: np.ndarray
@@ -25,7 +25,7 @@ class Obstruction(NamedTuple):
 
 @inlined
 def obstruction_size(model):
-    """Return how many numbers make_obstruction cuts up."""
+    """Return how many float64 make_obstruction needs."""
     start = packed_size(model)
     scene = shaped(model, start, (len(model) - start,))
     return scene_memory(scene) + MOST_TOUCHING * (int(model[0]) + 1)
@@ -33,9 +33,9 @@ def obstruction_size(model):
 
 @inlined
 def make_obstruction(model, memory, touching, rows):
-    """Cut an Obstruction from a block of memory, which writes to `touching` if that has rows; for kernels only.
+    """Return an Obstruction in a block of memory, with its configurations in `touching` if that has rows.
 
-    None if `rows` is None, as in solve_usual: then nothing of contact is compiled.
+    For kernels only. It is None if `rows` is None, as in solve_usual: then no code for contact is compiled.
     """
     if rows is None:
         return None
@@ -51,7 +51,7 @@ def make_obstruction(model, memory, touching, rows):
 
 @inlined
 def touches(obstruction, margin, q):
-    """Return whether q is not for certain clear of contact by more than `margin` [m]."""
+    """Return whether q may be in contact: False only if everything is provably further apart than `margin` [m]."""
     if obstruction is None:
         return False
     return len(obstruction.scene) > 0 and in_contact(obstruction.scene, obstruction.memory, margin, q)

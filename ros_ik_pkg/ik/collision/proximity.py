@@ -1,8 +1,8 @@
-"""How near everything is to everything: a cost that self-motion makes small, with its gradient and curvature.
+"""The cost of being near to contact, which self-motion reduces, with its gradient and curvature.
 
-Each pair that is nearer than INFLUENCE counts with half the square of what is missing (Khatib 1986 has the idea of a
-distance of influence). The gradient of a distance is the velocity of its two nearest points along the line between
-them; the curvature leaves out how that line turns (Gauss-Newton).
+Each pair that is nearer than INFLUENCE adds half the square of INFLUENCE less its distance (the distance of influence
+is from Khatib 1986). The gradient of a distance is the velocity of the two nearest points along the line between
+them; the curvature neglects the rotation of that line (Gauss-Newton).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ INFLUENCE = 0.1  # [m]
 @kernel
 def proximity(obstruction, q, direction, descent):
     """Return (cost [m^2], its curvature along `direction` (n,) [m^2]) at q, and write its negative gradient to
-    `descent` (n,). Both arrays may be of length 0: then the curvature is 0, and no gradient is written."""
+    `descent` (n,). If `direction` has length 0 the curvature is 0; if `descent` has, no gradient is written."""
     descent[:] = 0.0
     cost, curvature = 0.0, 0.0
     if len(obstruction.scene) == 0:
@@ -64,8 +64,8 @@ def proximity(obstruction, q, direction, descent):
 def look_along(scene, placed, i, j, distance):
     """Return the distance of two pieces [m], and write the unit vector from the second to the first to placed.guess.
 
-    Pieces whose hulls overlap have no nearest points: the line between the axes of their capsules stands for it, and
-    the middles of these for the points.
+    If the hulls overlap they have no nearest points; then the direction is that between the axes of their capsules,
+    and the points are the middles of the capsules.
     """
     points, guess = placed.points, placed.guess
     apart = distance + scene.pieces[i, FINE_RADIUS] + scene.pieces[j, FINE_RADIUS]
@@ -89,9 +89,8 @@ def look_along(scene, placed, i, j, distance):
 
 @kernel
 def follow(scene, placed, body, start, weight, direction, descent):
-    """Return how fast a point of a body goes along the vector in placed.guess while q goes along `direction` [m], with
-    the sign of `weight`; add `weight` times its gradient by q to `descent`. The point is that of placed.points from
-    `start` on."""
+    """Return the velocity of a point of a body along placed.guess as q moves along `direction` [m], with the sign of
+    `weight`; add `weight` times its gradient by q to `descent`. The point begins at `start` in placed.points."""
     nx, ny, nz = placed.guess
     px, py, pz = placed.points[start], placed.points[start + 1], placed.points[start + 2]
     slope = 0.0

@@ -1,7 +1,7 @@
-"""What can touch, as compiled code takes it: one flat array of bodies, convex pieces, pairs and floor.
+"""The scene for compiled code: bodies, convex pieces, pairs and floor in one flat array.
 
-A body is what moves as one; it hangs on one joint of the robot's tree or stands in the root frame. A piece is a convex
-hull of a few points in its body's frame, rounded by a radius, that covers a part of a link or an obstacle for certain.
+A body is rigid; one joint of the robot's tree moves it, or it is fixed in the root frame. A piece is the convex hull of
+a few points in its body's frame, rounded by a radius; it contains a part of a link or of an obstacle.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def unpack_scene(scene):
 
 @inlined
 def scene_memory(scene):
-    """Return how many numbers the functions below need as memory for a packed scene; 0 for none."""
+    """Return how many float64 the functions below need as memory for a packed scene; 0 without a scene."""
     return 0 if len(scene) == 0 else POSE * (int(scene[0]) + 1) + PLACES * int(scene[1]) + POSE + 9 + SCRATCH
 
 
@@ -83,7 +83,7 @@ class Placed(NamedTuple):
 
 @inlined
 def cut_placed(scene, memory):
-    """Cut a Placed from a block of memory."""
+    """Return a Placed in a block of memory."""
     bodies, pieces = len(scene.poses), len(scene.pieces)
     a = POSE * bodies
     b = a + PLACES * pieces
@@ -146,7 +146,7 @@ def compose(first, second, start, product):
 def pair_bounds(scene, placed, k, clear, touch):
     """Return (lower, upper) bounds of the distance of pair k [m], less their radii; see `hull_distance`.
 
-    What is looked at gets dearer as it gets finer: spheres, capsules, hulls of few points, hulls of all.
+    It goes from cheap and coarse to expensive and exact: spheres, capsules, hulls of few points, hulls of all points.
     """
     i, j = int(scene.pairs[k, 0]), int(scene.pairs[k, 1])
     one, other, here, there = scene.pieces[i], scene.pieces[j], placed.places[i], placed.places[j]
@@ -202,8 +202,8 @@ def segment_distance(one, other, guess):
 
 @kernel
 def lowest_point(scene, placed, k):
-    """Return how high the lowest point of piece k is above the floor for certain [m]; negative below it. Write the
-    point, but for the rounding, to placed.points and the direction upwards to placed.guess."""
+    """Return a lower bound of the height of piece k above the floor [m], negative below it. Write its lowest point
+    without the radius to placed.points, and the direction upwards to placed.guess."""
     piece, base = scene.pieces[k], placed.base
     pose = placed.poses[int(piece[BODY])]
     x, y, z = base[2], base[5], base[8]
@@ -235,8 +235,8 @@ def floor_gap(scene, placed, k, clear):
 
 @kernel
 def first_contact(scene, q, margin, placed):
-    """Return the first pair that is not for certain further apart than `margin` [m] at q, or, less by the number of
-    pairs, the first piece that close to the floor; -1 if there is none: then nothing touches."""
+    """Return the index of the first pair that is not provably further apart than `margin` [m] at q; after the pairs
+    count the pieces above the floor. -1 if there is none: then nothing touches."""
     place(scene, q, placed)
     for k in range(len(scene.pairs)):
         lower, _ = pair_bounds(scene, placed, k, margin, margin)
@@ -250,8 +250,8 @@ def first_contact(scene, q, margin, placed):
 
 @kernel
 def nearest_contact(scene, q, placed):
-    """Return (lower bound of the least distance [m], the pair that has it), numbered as in `first_contact`; -1 where
-    there is nothing to touch. Where pieces overlap the distance is less their radii, not the depth."""
+    """Return (lower bound of the least distance [m], the pair that has it), numbered as in `first_contact`; -1 if
+    nothing can touch. If pieces overlap, the distance is minus their radii, not minus the depth."""
     place(scene, q, placed)
     least, nearest = math.inf, -1
     for k in range(len(scene.pairs)):

@@ -1,4 +1,4 @@
-"""The shapes of a robot and of the room, each with what covers it and what coal takes it for."""
+"""The shapes of a robot and of the room, each with its cover and as coal's geometry."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Piece:
 
     @cached_property
     def cover(self) -> Cover:
-        """Points and radii whose hull holds the shape for certain, in the owner's frame [m]."""
+        """Points and radii whose hull contains the shape, in the owner's frame [m]."""
         kind, size = self.shape.kind, self.shape.size
         if kind == 'mesh':
             assert self.hull is not None
@@ -50,7 +50,7 @@ class Piece:
 
     @cached_property
     def axes(self) -> np.ndarray:
-        """Centre of a sphere and both ends of a capsule that hold the shape (3, 3), in the owner's frame [m]."""
+        """Centre of a sphere and both ends of a capsule that contain the shape (3, 3), in the owner's frame [m]."""
         return np.array([self._ball[:3], self._capsule[:3], self._capsule[3:6]])
 
     @cached_property
@@ -106,7 +106,7 @@ def load_pieces(tree: Tree, meshes: Iterable[Path]) -> tuple[tuple[Piece, ...], 
 
 
 def load_shape(owner: str, shape: Shape, folder: Path | None = None, meshes: Iterable[Path] = ()) -> list[Piece]:
-    """Load one shape, a mesh in parts; raises ModelError where the mesh cannot be read."""
+    """Load one shape, a mesh in parts; raises ModelError if the mesh cannot be read."""
     if shape.kind != 'mesh':
         return [Piece(owner, shape)]
     path = find_mesh(shape.file, folder, meshes)

@@ -1,4 +1,4 @@
-"""coal, the collision library of Pinocchio, under whichever of its names is installed."""
+"""coal, the collision library of Pinocchio, under the name that is installed: coal or hppfcl."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SIGN = (-1.0, 1.0)
 
 
 class _Hppfcl:
-    """coal as it was called before its release 3, by the names of now: types that end in 3s ended in 3f."""
+    """hppfcl, as coal was called before its release 3, by coal's names: types that end in 3s ended in 3f."""
 
     def __init__(self) -> None:
         self._library = import_module('hppfcl')
@@ -38,10 +38,10 @@ def geometry_object(name: str, model: pin.Model, frame: int, placement: np.ndarr
 
 
 def ask_anew(placed: pin.GeometryData) -> None:
-    """Let Pinocchio ask coal about each configuration as if it were the first.
+    """Let Pinocchio's requests to coal start afresh for each configuration, and compute the depth.
 
-    Pinocchio's own requests start GJK from where it ended for the configuration before, and look for no depth. So coal
-    misses contacts, some 5 cm deep, and its answer depends on what was asked before.
+    By default they start GJK from the result of the last configuration and compute no depth. Then coal misses
+    contacts, some 5 cm deep, and its results depend on earlier requests.
     """
     for requests, make in ((placed.collisionRequests, coal.CollisionRequest),
                            (placed.distanceRequests, coal.DistanceRequest)):
@@ -57,9 +57,9 @@ def points_of(corners: np.ndarray) -> Any:
 
 
 def convex(corners: np.ndarray, slack: float = 0.0) -> Any:
-    """Return coal's convex hull of points (k, 3), with its faces, that holds all within `slack` [m] of it.
+    """Return coal's convex hull of points (k, 3), with its faces, rounded by `slack` [m].
 
-    What spans no volume is made THIN thick. coal adds a ball; before its release 3 a cube around the ball is added.
+    Points that span no volume are made THIN thick. Before its release 3, coal cannot round; then a cube is added.
     """
     if slack > 0.0 and not hasattr(coal.Convex, 'setSweptSphereRadius'):
         return convex(_thickened(corners, slack))
@@ -79,15 +79,15 @@ def _thickened(corners: np.ndarray, half: float) -> np.ndarray:
 
 
 def hull_of(corners: np.ndarray) -> np.ndarray:
-    """Return those of the points (k, 3) that are corners of their convex hull; all where they span no volume."""
+    """Return those of the points (k, 3) that are corners of their convex hull; all if they span no volume."""
     try:
         return np.array(coal.Convex.convexHull(points_of(corners), False, 'Qt').points())
-    except Exception:  # flat: as good, only more
+    except Exception:  # flat: all points serve too
         return corners
 
 
 def hull_volume(corners: np.ndarray) -> float:
-    """Return the volume of the convex hull of points (k, 3); 0 where they span none."""
+    """Return the volume of the convex hull of points (k, 3); 0 if they span none."""
     try:
         return float(coal.Convex.convexHull(points_of(corners), True, 'Qt').computeVolume())
     except Exception:

@@ -1,4 +1,4 @@
-"""Contacts: what of a robot can touch itself or the room, for the compiled search and for the exact check."""
+"""Contacts: which links of a robot can touch each other or the room, for the compiled search and the exact check."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from ros_ik_pkg.ik.world import Obstacle, World
 
 LOG = logging.getLogger(__name__)
 EMPTY = World()
-PROBES = 64  # configurations in one of which everything in the room must be clear of each link
+PROBES = 64  # configurations; no part of the room may touch a link in all of them
 
 
 class Contacts:
-    """The shapes of one robot, seen from one arm of it.
+    """The shapes of one robot, for one of its arms.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Contacts:
         lower: np.ndarray, upper: np.ndarray,
         srdf: str | os.PathLike[str] | None = None, meshes: Iterable[str | os.PathLike[str]] = (),
     ) -> None:
-        """Load the shapes; raises ModelError where the SRDF cannot be used."""
+        """Load the shapes; raises ModelError if the SRDF cannot be used."""
         self._tree, self._model, self._base = tree, model, base
         self._home, self._variables = dict(zip(variables, home)), tuple(variables)
         self._limits = lower, upper
@@ -88,14 +88,14 @@ class Contacts:
         return tuple(piece for piece in self._pieces if piece.owner == link)
 
     def piece_of(self, obstacle: Obstacle) -> Piece:
-        """Return the shape of an obstacle, the same one as long as the obstacle is there."""
+        """Return the shape of an obstacle, the same object as long as the obstacle exists."""
         return self._obstacle_pieces.setdefault(obstacle, Piece(obstacle.name, obstacle.shape))
 
     def room(self, world: World | None = None) -> Room:
         """Return the arm in a world, ready to be checked; the last one is kept.
 
-        Raises ArgumentError where the world names links that there are not, or something in it touches a link
-        wherever the arm is.
+        Raises ArgumentError if the world names unknown links, or if something in it touches a link in every
+        configuration.
         """
         world = EMPTY if world is None else world
         kept = self._kept
@@ -156,7 +156,7 @@ class Room:
                 if drive[0] not in self._contacts._variables}
 
     def _check_names(self) -> None:
-        """Raise ArgumentError where an obstacle has the name of a link, or names one that there is not."""
+        """Raise ArgumentError if an obstacle has the name of a link, or names an unknown link."""
         links = self._contacts._tree.links
         for obstacle in self.world.obstacles:
             if obstacle.name in links or obstacle.name == FLOOR:
@@ -204,7 +204,7 @@ class Room:
 
     @cached_property
     def packed(self) -> np.ndarray:
-        """The scene as compiled code takes it."""
+        """The packed scene for compiled code."""
         joints, poses = self._bodies.joints.copy(), self._bodies.poses(self._values)
         for row, value in zip(joints, self._values):
             if row[2] < 0.0:
@@ -231,7 +231,7 @@ class Room:
 
     @cached_property
     def levers(self) -> np.ndarray:
-        """By how much the gap of each contact shrinks at most per rad or m of each joint of the arm, (C, n)."""
+        """The most that the gap of each contact shrinks per rad or m of each joint of the arm, (C, n)."""
         balls = []
         for piece in self._pieces:
             body, frame = self._body_of(piece)
@@ -243,7 +243,7 @@ class Room:
         return make_levers(self._bodies, self._values, pairs, len(self._contacts._variables))
 
     def behind(self, packed_arm: np.ndarray) -> np.ndarray:
-        """Return a packed arm with the scene behind it, as the compiled search takes them; the last one is kept."""
+        """Return a packed arm followed by the packed scene, for the compiled search; the last one is kept."""
         kept = self._model  # read once: threads may ask for arms with different tools
         if kept is None or kept[0] is not packed_arm:
             kept = self._model = packed_arm, np.concatenate([packed_arm, self.packed])
@@ -251,7 +251,7 @@ class Room:
 
     @property
     def pairs(self) -> set[frozenset[str]]:
-        """Names of all that may touch and is looked at, in pairs: links, obstacles and 'floor'."""
+        """Names of all pairs that are checked: links, obstacles and 'floor'."""
         return {frozenset(self.names(k)) for k in range(len(self._pairs) + len(self._grounded))}
 
     def names(self, contact: int) -> tuple[str, str]:
@@ -262,7 +262,7 @@ class Room:
         return self._pieces[self._grounded[contact - len(self._pairs)]].owner, FLOOR
 
     def _refuse_walls(self) -> None:
-        """Raise ArgumentError where a part of the room touches a link in every one of PROBES configurations."""
+        """Raise ArgumentError if a part of the room touches a link in every one of PROBES configurations."""
         if self.world.floor is None and not self.world.obstacles:
             return
         lower, upper = (np.clip(limit, -np.pi, np.pi) for limit in self._contacts._limits)
@@ -288,7 +288,7 @@ class Room:
         return self._judge(meshes).nearest(self._values_at(q))
 
     def least_clearance(self, q: np.ndarray) -> float:
-        """Return a lower bound of the clearance at q (n,) [m], in microseconds; of no meaning where things touch."""
+        """Return a lower bound of the clearance at q (n,) [m], in microseconds; meaningless if things touch."""
         return float(self.least_clearances(np.asarray(q, dtype=np.float64)[None])[0])
 
     def least_clearances(self, q: np.ndarray) -> np.ndarray:

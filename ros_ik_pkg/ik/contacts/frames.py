@@ -1,4 +1,4 @@
-"""Where the links of a robot are: the joints of its whole tree, which variables move them, and how the rest stands."""
+"""Where the links of a robot are: the joints of its whole tree, and which variables move them."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class Bodies:
     links: Mapping[str, tuple[int, np.ndarray]]
 
     def values(self, positions: Mapping[str, float]) -> list[float]:
-        """Return the value of each joint [rad, m]; those without a position stand at rest."""
+        """Return the value of each joint [rad, m]; joints without a position stay at rest."""
         return [multiplier * positions.get(name, rest(*self.ranges[name])) + offset
                 for name, multiplier, offset in self.drives]
 
     def above(self, body: int) -> list[int]:
-        """Return a body and those that it hangs on, up to the root frame's."""
+        """Return a body and its ancestors, up to that of the root frame."""
         found = [body]
         while found[-1]:
             found.append(int(self.joints[found[-1] - 1, 0]))
@@ -74,7 +74,7 @@ def frame_of(row: np.ndarray) -> np.ndarray:
 
 
 def make_bodies(tree: Tree, variables: Sequence[str]) -> Bodies:
-    """Find the bodies of a robot; `variables` are the names of the chain's. Floating and planar joints do not move."""
+    """Return the bodies of a robot; `variables` are those of the chain. Floating and planar joints do not move."""
     rows: list[np.ndarray] = []
     drives: list[tuple[str, float, float]] = []
     ranges: dict[str, tuple[float, float]] = {}
@@ -103,7 +103,7 @@ def make_bodies(tree: Tree, variables: Sequence[str]) -> Bodies:
 
 
 def _drive(tree: Tree, joint: Joint) -> tuple[Joint, float, float]:
-    """Return master, multiplier and offset of a joint; one that mimics what there is not moves on its own."""
+    """Return master, multiplier and offset of a joint; a joint that mimics an unknown one is its own master."""
     try:
         return tree.drive(joint)
     except ModelError:

@@ -1,4 +1,4 @@
-"""The exact check of a configuration: Pinocchio's forward kinematics and coal's distances, nothing of the solver's."""
+"""The exact check of a configuration: Pinocchio's forward kinematics and coal's distances, no code of the solver."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ros_ik_pkg.ik.model.tree import Tree
 from ros_ik_pkg.ik.world import World
 
 FLOOR = 'floor'
-SURE = 1e-5  # [m] by which coal must find a pair clear; its tolerance is 1e-6 m
+SURE = 1e-5  # [m] distance that counts as clear; coal's tolerance is 1e-6 m
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,9 @@ class Contact:
     Attributes
     ----------
     clearance : float
-        Their distance [m]; negative: how deep they are in each other. inf where there is nothing to touch.
+        Their distance [m]; minus the depth if they overlap; inf if nothing can touch.
     links : tuple of str
-        Names of the two: links, obstacles, or 'floor'; empty where there are none.
+        Names of the two: links, obstacles, or 'floor'; empty if nothing can touch.
     points : (2, 3) array
         A point of each in the base frame [m], nearest to the other.
 
@@ -46,14 +46,14 @@ class Contact:
 
 
 class Judge:
-    """coal's view of one robot in one world. Safe to use from several threads, one at a time."""
+    """The check by coal of one robot in one world. Threads may share it; they take turns."""
 
     def __init__(
         self, tree: Tree, model: pin.Model, base: str, pieces: Sequence[Piece], pairs: Sequence[tuple[int, int]],
         grounded: Sequence[int], world: World, meshes: bool,
     ) -> None:
-        """Set up the pairs of pieces, and those that must stay above the floor; pieces whose owner is the name of an
-        obstacle are placed as that says."""
+        """Set up the pairs of pieces, and the pieces that must stay above the floor. Pieces of an obstacle are placed
+        by the obstacle's pose."""
         self._model, self._data, self._lock = model, model.createData(), Lock()
         self._base = frame_id(tree, base)
         self._geometry = pin.GeometryModel()
@@ -80,8 +80,8 @@ class Judge:
         return self._geometry.addGeometryObject(geometry_object(name, self._model, frame, placement, geometry))
 
     def clear(self, values: np.ndarray, margin: float) -> bool:
-        """Return whether all pairs are further apart than `margin` [m], by SURE at least, at these values of all joints
-        of the model."""
+        """Return whether all pairs are further apart than `margin` [m] plus SURE at these values of all joints of the
+        model."""
         with self._lock:
             if margin != self._margin:
                 self._margin = margin

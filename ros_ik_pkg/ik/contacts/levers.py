@@ -1,4 +1,4 @@
-"""How fast a motion of the joints can bring two things nearer to each other."""
+"""How fast the distance of two bodies can shrink per unit of joint motion."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 from ros_ik_pkg.ik.collision.scene import JOINT
 from ros_ik_pkg.ik.contacts.frames import Bodies
 
-ENDLESS = 1e6  # m: how far a joint slides that has no limits
+ENDLESS = 1e6  # m: travel of a slide without limits
 
 Ball = tuple[int, float]  # a body, and how far from its origin a piece of it reaches [m]
 
 
 def make_levers(bodies: Bodies, values: Sequence[float], pairs: Sequence[tuple[Ball, Ball]], n: int) -> np.ndarray:
-    """Return (C, n): by how much the gap of each pair of balls shrinks at most per rad or m of each of n variables.
+    """Return (C, n): the most that the gap of each pair of balls shrinks per rad or m of each of n variables.
 
-    values: where the joints stand that no variable moves [rad, m].
+    values: positions of the joints that no variable moves [rad, m].
     """
     levers = np.zeros((len(pairs), n))
     for row, (one, other) in zip(levers, pairs):

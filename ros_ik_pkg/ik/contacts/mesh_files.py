@@ -19,26 +19,26 @@ from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
 
 MOST_BYTES = 512 * 2**20
-MOST_TRIANGLES = 20000  # of a mesh that is cut into parts; of more the points are moved to the corners of a grid
+MOST_TRIANGLES = 20000  # of a mesh that is cut into parts; the points of larger ones are moved to a grid
 GRID = 300  # cells along the longest side
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes
-FORMAT = 2  # of what is kept in the cache folder
+FORMAT = 2  # version of the files in the cache folder
 
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A convex body that holds a part of a mesh: the hull of `corners` (k, 3), rounded by `slack`; in units of the
-    mesh."""
+    """A convex body that contains a part of a mesh: the hull of `corners` (k, 3), rounded by `slack`; in the units of
+    the mesh."""
 
     corners: np.ndarray
     slack: float
 
 
 def find_mesh(uri: str, folder: Path | None, meshes: Iterable[Path]) -> Path:
-    """Find the file of a mesh; raises ModelError that says where it was looked for.
+    """Return the file of a mesh; raises ModelError with the places that were searched.
 
-    A package:// URI is looked for in the folders `meshes` (a package, or what holds packages), among the folders above
-    the URDF, and in the workspaces that are sourced; a relative path beside the URDF and in `meshes`.
+    A package:// URI is searched in the folders `meshes` (packages, or folders of packages), in the folders above the
+    URDF, and in the sourced workspaces; a relative path beside the URDF and in `meshes`.
     """
     places = list(_places(uri, folder, [Path(place) for place in meshes]))
     for place in places:
@@ -73,9 +73,9 @@ def _places(uri: str, folder: Path | None, meshes: list[Path]) -> Iterator[Path]
 
 
 def read_hulls(path: Path) -> tuple[Hull, ...]:
-    """Return convex bodies that hold a mesh file; kept in the cache folder, by the content of the file.
+    """Return convex bodies that contain the mesh of a file; they are cached by the content of the file.
 
-    Raises ModelError where the file cannot be read, is too large, or holds no triangle.
+    Raises ModelError if the file cannot be read, is too large, or contains no triangle.
     """
     try:
         size = path.stat().st_size
@@ -99,7 +99,7 @@ def read_hulls(path: Path) -> tuple[Hull, ...]:
 
 
 def make_hulls(triangles: np.ndarray, what: str) -> tuple[Hull, ...]:
-    """Return convex bodies that hold triangles (t, 3, 3)."""
+    """Return convex bodies that contain triangles (t, 3, 3)."""
     if len(triangles) == 0 or not np.all(np.isfinite(triangles)):
         raise ModelError(f'mesh {what!r} has {"no triangles" if len(triangles) == 0 else "points that are not finite"}')
     if len(triangles) > MOST_TRIANGLES:
@@ -109,7 +109,7 @@ def make_hulls(triangles: np.ndarray, what: str) -> tuple[Hull, ...]:
 
 
 def _thin_out(points: np.ndarray) -> tuple[np.ndarray, float]:
-    """Move points to the nearest corners of a grid; return those, once each, and how far a point may have moved."""
+    """Move points to the nearest corners of a grid; return the distinct ones, and how far a point may have moved."""
     lowest = points.min(axis=0)
     cell = float((points.max(axis=0) - lowest).max()) / GRID
     if cell == 0.0:
@@ -135,7 +135,7 @@ def _read_mesh(path: Path) -> np.ndarray:
 
 
 def read_triangles(path: Path, scale: np.ndarray) -> Any:
-    """Read a mesh as it is, for coal; raises ModelError where coal cannot."""
+    """Return a mesh with its own triangles, for coal; raises ModelError if coal cannot read it."""
     try:
         return coal.MeshLoader().load(str(path), scale)
     except Exception as error:
@@ -143,7 +143,7 @@ def read_triangles(path: Path, scale: np.ndarray) -> Any:
 
 
 def _keep(path: Path, hulls: tuple[Hull, ...]) -> None:
-    """Write hulls to the cache folder, whole or not at all; nothing depends on it."""
+    """Write hulls to the cache folder in one piece; errors are ignored."""
     unfinished = path.with_suffix(f'.{os.getpid()}.npz')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

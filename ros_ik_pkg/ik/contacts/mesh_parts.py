@@ -1,4 +1,4 @@
-"""A mesh cut into few parts whose convex hulls fit it better than that of the whole."""
+"""A mesh cut into few parts, whose convex hulls fit it better than the hull of the whole mesh."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from ros_ik_pkg.ik.contacts.coal_library import hull_volume
 
 MOST_CUTS = 2  # in a row: four parts
 PLACES = (0.3, 0.5, 0.7)  # of the extent, where a cut may be
-WORTH = 0.1  # of its hull's volume that a cut must take away
-SAMPLE = 1500  # points that volumes are estimated by
+WORTH = 0.1  # of the hull's volume that a cut must save
+SAMPLE = 1500  # points from which volumes are estimated
 
 
 def cut_into_parts(triangles: np.ndarray, cuts: int = MOST_CUTS) -> list[np.ndarray]:
     """Return the corners (k, 3) of each part of a mesh of triangles (t, 3, 3).
 
-    A part is what lies between the planes of cuts, triangles cut through included, so the hulls of all parts hold the
-    whole mesh and what it encloses: each cross-section lies in the hull of its edge.
+    A part lies between the planes of the cuts, and triangles are cut by the planes. So the hulls of all parts contain
+    the whole mesh and its inside: each cross-section lies in the hull of its edge.
     """
     corners = np.unique(triangles.reshape(-1, 3), axis=0)
     whole = _volume(corners)
@@ -36,12 +36,12 @@ def cut_into_parts(triangles: np.ndarray, cuts: int = MOST_CUTS) -> list[np.ndar
 
 
 def _volume(points: np.ndarray) -> float:
-    """Return about the volume of the hull of points (k, 3)."""
+    """Return an estimate of the volume of the hull of points (k, 3)."""
     return hull_volume(points[:: max(1, len(points) // SAMPLE)])
 
 
 def _one_side(triangles: np.ndarray, axis: int, at: float, sign: float) -> np.ndarray:
-    """Return the triangles (t, 3, 3) of what is on one side of a plane."""
+    """Return the triangles (t, 3, 3) of the part on one side of a plane."""
     heights = sign * (triangles[:, :, axis] - at)
     inside = heights >= 0.0
     count = inside.sum(axis=1)

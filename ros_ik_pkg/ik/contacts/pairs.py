@@ -34,9 +34,9 @@ def find_left_out(
 ) -> tuple[LeftOut, ...]:
     """Return the pairs of links that are left out.
 
-    Those of an SRDF, `allowed`, if it names any; else neighbours, and pairs that touch at home. In any case pairs that
-    touch in every one of many configurations within the limits of all joints. Two links that are fixed to each other
-    are no pair.
+    These are the pairs of an SRDF, `allowed`, if it names any; else neighbours, and pairs that touch at home. Pairs
+    that touch in every one of many configurations within all joint limits are left out too. Two links that are fixed
+    to each other are not a pair.
     """
     reasons = dict(allowed)
     owners = list(dict.fromkeys(piece.owner for piece in pieces))
@@ -90,7 +90,7 @@ def _configurations(bodies: Bodies, home: Mapping[str, float]) -> Iterator[list[
 
 
 def _transform(frame: np.ndarray) -> Any:
-    """Return a transform (4, 4) as coal has it."""
+    """Return a transform (4, 4) as a transform of coal."""
     return coal.Transform3s(frame[:3, :3], frame[:3, 3])
 
 

@@ -22,12 +22,12 @@ def read_srdf(source: str | os.PathLike[str], tree: Tree) -> Allowed:
     source : str or path
         Path or URI (package://, file://) of an SRDF, or its text.
     tree : Tree
-        The robot that it must be for.
+        The robot; an SRDF for another one is refused.
 
     Raises
     ------
     ModelError
-        Where it cannot be read, or is for another robot.
+        If it cannot be read, or is for another robot.
 
     """
     robot = parse_xml(_text_of(source))
@@ -60,7 +60,7 @@ def _text_of(source: str | os.PathLike[str]) -> str | bytes:
 
 
 def _refuse_other_robot(robot: ElementTree.Element, pairs: Allowed, tree: Tree) -> None:
-    """Raise ModelError where the SRDF's name and links are not those of the robot; one without pairs does no harm."""
+    """Raise ModelError if an SRDF with pairs has another name than the robot, or mostly links that it lacks."""
     name, links = robot.get('name', ''), {link for pair in pairs for link in pair}
     unknown = sorted(links - set(tree.links))
     if pairs and name != tree.name:

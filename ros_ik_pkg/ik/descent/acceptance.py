@@ -1,4 +1,4 @@
-"""The conditions of a solution, in one place; searches and self-motion use it.
+"""The conditions that make a configuration a solution, for searches and self-motion.
 
 Joint limits are not checked again: every function that moves work.q keeps them (`limits.py`, `descent.update`).
 """
@@ -14,7 +14,7 @@ ACCEPTED, BEYOND_JUMP, BEYOND_TOLERANCE, TOUCHING = range(4)
 
 @inlined
 def judge(tuning, preferences, position_error, orientation_error, q):
-    """Return ACCEPTED if q is a solution, given its errors [m, rad], or the first condition that it breaks.
+    """Return ACCEPTED if q, with these errors [m, rad], is a solution, else the first condition that it violates.
 
     The cheapest condition comes first; one that costs more than forward kinematics belongs at the end.
     """

@@ -1,8 +1,8 @@
-"""The closest approach to a target that no descent reached: as near as the joints can bring the tip.
+"""The closest approach to a target that no descent reached.
 
-The methods of a descent are meant for errors that vanish; where one remains they creep, or stop a few percent short,
-for they know nothing of the curvature that it brings in. Levenberg-Marquardt (Marquardt 1963) does not mind: a step
-that brings nothing is taken back, and tried again with more damping.
+The step rules assume an error that vanishes. If an error remains, they converge slowly or stop a few percent short,
+because they neglect the curvature that is multiplied by that error. Levenberg-Marquardt (Marquardt 1963) handles it:
+a step that does not reduce the error is taken back and tried again with more damping.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from ros_ik_pkg.ik.step.weights import scale_columns, take_back_weights, weigh
 MOST_STEPS = 200
 FIRST_DAMPING = 0.1
 LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e3
-LESS, MORE = 0.5, 3.0  # factors on the damping after a step that brought nearer, and after one that did not
-NO_NEARER = 1e-7  # of the error norm: steps that bring less count as none
-PATIENCE = 10  # of those in a row
+LESS, MORE = 0.5, 3.0  # factors on the damping after a step that reduced the error, and after one that did not
+NO_NEARER = 1e-7  # relative reduction of the error norm below which a step counts as useless
+PATIENCE = 10  # useless steps in a row
 LONGEST_STEP = 0.5  # rad or m of one joint
 
 
 @kernel
 def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
-    """Reduce the error at work.q until it falls no further; return the number of steps."""
+    """Reduce the error at work.q until it stops falling; return the number of steps."""
     nearest, damping, idle, k = math.inf, FIRST_DAMPING, 0, 0
     while True:
         position_error, orientation_error, norm, p = look(geometry, task, work)
@@ -62,8 +62,8 @@ def approach(geometry, task, tuning, stop_time, attempt, work, recorder):
 
 @kernel
 def step_towards(geometry, task, tuning, damping, work):
-    """Take a damped step, within the limits and without joints that it would push beyond them; return whether there
-    is one."""
+    """Take a damped step within the limits, without joints that it would push beyond them; return whether there is
+    one."""
     weigh(work)
     weigh_slack(work)
     if tuning.respect_limits > 0.0:
@@ -86,14 +86,14 @@ def step_towards(geometry, task, tuning, damping, work):
 
 @kernel
 def weigh_slack(work):
-    """Weigh the rows that may come into the system too."""
+    """Weigh the rows of the task's slack, which may become active."""
     if len(work.scales) > 0:
         scale_columns(work.scales, work.trial)
 
 
 @kernel
 def freeze(geometry, work):
-    """Take joints at a limit that dq pushes outwards out of the system, and out of the rows that may come into it."""
+    """Take joints at a limit that dq pushes outwards out of the system, and out of the rows of the slack."""
     for i in range(len(work.q)):
         if pushed_outwards(geometry, work, i):
             work.trial[i, :] = 0.0

@@ -1,4 +1,4 @@
-"""One descent from one seed: the loop of the notes, with its limits and its stop reasons."""
+"""One descent from one seed: the iteration of the notes, with joint limits and stop reasons."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ DIVERGED = int(Status.DIVERGED)
 NOT_FINITE = int(Status.NOT_FINITE)
 DEADLINE = int(Status.DEADLINE)
 
-PAUSED = -1  # not a stop reason: the search looks whether to go on
-FAR = 0.2  # error norm; no start can be relied on to be nearer than that
-FREE_STEP = 50.0  # rad or m; a larger step of one joint is eight turns: the linear model says nothing there
+PAUSED = -1  # not a stop reason: the search decides whether to go on
+FAR = 0.2  # error norm above which another start may be nearer
+FREE_STEP = 50.0  # rad or m; a larger step of one joint is eight turns, far beyond the linear model
 LINEAR_STEP = 0.5  # rad or m; a start within tolerance is not refined by longer steps
 ROUNDING = 1e-13  # error norm; less is rounding
 CLOCK_EVERY = 16  # iterations between looks at the clock
@@ -32,13 +32,13 @@ CLOCK_EVERY = 16  # iterations between looks at the clock
 def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt, first, pause, work, recorder):
     """Descend from work.q; return (status, steps, position error [m], orientation error [rad], norm, nearest).
 
-    The figures belong to the q that is left in work.q; the iterate with the smallest error norm, `nearest`, is left
-    in work.near. `cap` is the longest step of a joint [rad or m]. The attempt is given up if the error norm does not
+    The figures are those of work.q at the end. work.near receives the iterate with the smallest error norm, which is
+    `nearest`. `cap` is the longest step of a joint [rad or m]. The descent is abandoned if the error norm does not
     fall below `progress` times its mark within `patience` steps. At iterate `pause` it returns PAUSED if the error
-    is still FAR; called again with `first` = `pause` it continues.
+    is still FAR; called again with `first` = `pause`, it continues.
 
-    A start that is within tolerance is refined by one step, so that targets which move by less than the tolerance are
-    followed. If the step brings the tip no nearer it is taken back.
+    A start within tolerance is refined by one step, so that targets which move by less than the tolerance are
+    followed. A step that does not bring the tip nearer is taken back.
     """
     last = int(tuning.max_iterations)
     mark, mark_step, previous, rises, nearest = math.inf, 0, math.inf, 0, math.inf
@@ -96,7 +96,7 @@ def descend(geometry, task, tuning, cap, patience, progress, stop_time, attempt,
 
 @inlined
 def take_back(work):
-    """Return to the nearest iterate; dq becomes the step that leads there."""
+    """Return to the nearest iterate; dq becomes the step back to it."""
     for i in range(len(work.q)):
         work.dq[i] = work.near[i] - work.q[i]
         work.q[i] = work.near[i]
@@ -126,7 +126,7 @@ def update(geometry, tuning, cap, work):
 
 @kernel
 def why_no_progress(norm, mark, rises, patience):
-    """Tell divergence, oscillation and stagnation apart by the error since it last fell."""
+    """Return whether a descent diverged, oscillated or stalled, judged by the errors since the last progress."""
     if norm > 2.0 * mark:
         return DIVERGED
     if 3 * rises >= patience:

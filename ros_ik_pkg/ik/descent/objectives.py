@@ -1,4 +1,4 @@
-"""Secondary objectives for joints that a task leaves over: a cost of the configuration, its descent, its curvature."""
+"""Secondary objectives for redundant joints: the cost of a configuration, its gradient and its curvature."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TURN = 2.0 * math.pi
 
 @kernel
 def cost(geometry, task, kind, preferences, work):
-    """Return the cost of work.q: what self-motion makes as small as the task allows.
+    """Return the cost of work.q, which self-motion minimises within the null space of the task.
 
     posture: half the square of the distance from the posture; limits: half the sum of squares of the distances from
     the middle of each range, over half the range; manipulability: -log of it (Yoshikawa 1985) in the task's rows;
@@ -80,7 +80,7 @@ def curvature(geometry, task, kind, preferences, largest, work):
 
 @kernel
 def gap_of(geometry, kind, posture, q, i):
-    """Return how far joint i is from where the objective wants it: whole turns aside where it may turn round."""
+    """Return how far joint i is from where the objective wants it, without whole turns if it may turn round."""
     if kind == POSTURE:
         gap = posture[i] - q[i]
         if geometry.wraps[i]:
@@ -108,7 +108,7 @@ def shift(q, step, direction):
 
 @kernel
 def log_manipulability(geometry, task, work):
-    """Return log sqrt(det(J J^T)) of the task's rows at work.q, -inf where they are dependent."""
+    """Return log sqrt(det(J J^T)) of the task's rows at work.q, or -inf if they are dependent."""
     R, p = walk(geometry, work.q, work.joints)
     fill_columns(geometry, work.joints.axes, p, work.trial)
     shape_columns(task, R, task.weights, work.trial)

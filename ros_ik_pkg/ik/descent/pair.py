@@ -1,4 +1,4 @@
-"""What the closest approach of two tips does differently: rows that may come into the system wait with each tip."""
+"""The closest approach of two tips: the variants of functions that change the rows or columns of both."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ros_ik_pkg.ik.step.weights import scale_columns
 
 @variant_of(weigh_slack, PairWorkspace)
 def weigh_slack_of_both(work):
-    """Weigh all rows of both tips, from which `stack` makes the system anew."""
+    """Weigh all rows of both tips, then stack them again."""
     if len(work.scales) > 0:
         scale_columns(work.scales, work.first.columns)
         scale_columns(work.scales, work.first.trial)
@@ -21,7 +21,7 @@ def weigh_slack_of_both(work):
 
 @variant_of(freeze, PairGeometry)
 def freeze_both(geometry, work):
-    """Take joints at a limit that dq pushes outwards out of the system, and out of all that `stack` makes it from."""
+    """Take joints at a limit that dq pushes outwards out of the system and out of the rows that `stack` reads."""
     for i in range(len(work.q)):
         if pushed_outwards(geometry, work, i):
             work.first.columns[i, :] = 0.0

@@ -1,4 +1,4 @@
-"""Writes what an iteration was, when somebody wants to know."""
+"""Records the iterates of a descent if a trace is asked for."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ assert TRACE_COLUMNS[STEP] == 'step_norm' and TRACE_COLUMNS[AT_LIMITS] == 'joint
 
 @kernel
 def record(recorder, geometry, attempt, iteration, position_error, orientation_error, norm, p, work):
-    """Append the iterate in work.q, if there is room; its Jacobian is in work.columns."""
+    """Append the iterate in work.q if there is room; work.columns holds its Jacobian."""
     k = recorder.written[0]
     recorder.written[0] = k + 1
     if k >= len(recorder.rows):
@@ -36,7 +36,7 @@ def record(recorder, geometry, attempt, iteration, position_error, orientation_e
 
 @kernel
 def record_step(recorder, damping, step):
-    """Complete the last row with the step that was taken from it."""
+    """Complete the last row by the step taken from it."""
     k = recorder.written[0] - 1
     if k >= len(recorder.rows):
         return

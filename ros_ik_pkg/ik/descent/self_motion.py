@@ -1,8 +1,8 @@
-"""Self-motion: moves the joints that a solved task leaves over to where a secondary objective wants them.
+"""Self-motion: minimises a secondary objective in the null space of a solved task.
 
-The null space is projected on exactly: the task's rows are made orthonormal (modified Gram-Schmidt, twice), and the
-objective's direction loses its part in their span. The damped projector I - J^T (J J^T + lambda^2 I)^-1 J would
-move the tip wherever the damping acts.
+The projection onto the null space is exact: the task's rows are made orthonormal (modified Gram-Schmidt, twice), and
+their components are removed from the objective's direction. The damped projector
+I - J^T (J J^T + lambda^2 I)^-1 J would move the tip wherever the damping acts.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from ros_ik_pkg.ik.step.limits import pushed_outwards
 
 MOST_STEPS = 60
 MOST_STEPS_OUT = 20  # away from contact
-MOST_LOOSE = 6  # steps without the task holding, before it is mended alone
-LONGEST_STEP = 0.2  # rad or m of one joint: the linear model of the task holds about so far
-ROUNDING = 1e-10  # of a slope: what the projection leaves of one that the task forbids
-SETTLED = 1e-7  # rad or m of the joint that moves most: less counts as nothing
-LEAST_BEND = 0.2  # of the curvature along the null space, over that of the cost alone: no longer steps than that
-DEPENDENT = 1e-9  # length of a row without the part that other rows explain, over its length
+MOST_LOOSE = 6  # steps off the task before the next one only corrects the task
+LONGEST_STEP = 0.2  # rad or m of one joint, up to which the linear model of the task holds
+ROUNDING = 1e-10  # what the projection leaves of a slope outside the null space, relative to it
+SETTLED = 1e-7  # rad or m of the joint that moves most; smaller steps end the motion
+LEAST_BEND = 0.2  # lower bound of the curvature along the null space over that of the cost alone
+DEPENDENT = 1e-9  # a row is dependent if its remainder after Gram-Schmidt is shorter than this times its length
 
 
 @kernel
 def settle(geometry, task, tuning, preferences, escape, stop_time, attempt, steps, work, recorder):
-    """Move work.q, a solution, to the least cost that the null space allows; return the steps taken.
+    """Move work.q, a solution, to the least cost in the null space; return the number of steps.
 
-    Of the iterates that are accepted the one of the least cost is left in work.q, so it can only get better. In all no
-    joint moves further than null_space_step in the null space, if that is above 0. `escape`: whether work.q touches and
-    is to move away from contact, whatever null_space says, as far as to the first iterate that is accepted.
+    The accepted iterate with the least cost is left in work.q, so the cost never rises. No joint moves further than
+    null_space_step in total, if that is above 0. With `escape`, work.q touches and moves away from contact, whatever
+    null_space says, until the first iterate is accepted.
     """
     least, left, longest, factor = math.inf, tuning.null_space_step, LONGEST_STEP, 0.0
     kind, most_steps = int(tuning.null_space), MOST_STEPS
@@ -76,9 +76,11 @@ def settle(geometry, task, tuning, preferences, escape, stop_time, attempt, step
 
 @kernel
 def null_step(geometry, task, tuning, kind, preferences, longest, before, work):
-    """Write the step to work.dq that mends the error of the task and goes along work.null in its null space; return
-    how far the joint that moves most goes there, and that step over the slope; `before` is what it was last time.
-    A joint at a limit that would be pushed outwards is left out."""
+    """Write to work.dq a step that corrects the task's error and moves along work.null in the null space.
+
+    Returns the largest joint motion of the second part, and the ratio of that part to the slope; `before` is the ratio
+    of the last step. Joints at a limit that would be pushed outwards are left out.
+    """
     while True:
         rank = orthonormal_rows(work)
         mend(rank, work)
@@ -99,8 +101,10 @@ def null_step(geometry, task, tuning, kind, preferences, longest, before, work):
 
 @kernel
 def orthonormal_rows(work):
-    """Write an orthonormal basis of the task's rows to work.W, and to work.A and work.y the triangular system
-    A y = e of the step in that basis; return the rank. Rows that depend on others are left out."""
+    """Write an orthonormal basis of the task's rows to work.W; return its rank.
+
+    work.A and work.y receive the triangular system A y = e of the step in that basis. Dependent rows are left out.
+    """
     columns, W, L, y = work.columns, work.W, work.A, work.y
     n, rank = len(columns), 0
     for r in range(ROWS):
@@ -110,7 +114,7 @@ def orthonormal_rows(work):
             before += columns[i, r] * columns[i, r]
         for k in range(rank):
             L[rank, k] = 0.0
-        for _ in range(2):  # once more for the rounding of the first time
+        for _ in range(2):  # the second pass removes the rounding errors of the first
             for k in range(rank):
                 L[rank, k] += remove(W[k], W[rank])
         after = 0.0
@@ -133,7 +137,7 @@ def orthonormal_rows(work):
 
 @kernel
 def remove(unit, vector):
-    """Take the part along a unit vector out of a vector; return its length."""
+    """Subtract the component along a unit vector from a vector; return that component."""
     along = 0.0
     for i in range(len(unit)):
         along += unit[i] * vector[i]
@@ -144,7 +148,7 @@ def remove(unit, vector):
 
 @kernel
 def mend(rank, work):
-    """Write the shortest step that brings the error of the task to zero to work.dq, no joint beyond LONGEST_STEP."""
+    """Write to work.dq the shortest step that corrects the task's error, scaled down to LONGEST_STEP per joint."""
     largest = 0.0
     for i in range(len(work.dq)):
         s = 0.0
@@ -159,7 +163,7 @@ def mend(rank, work):
 
 @kernel
 def project(basis, rank, vector):
-    """Take out of a vector what the first `rank` rows of an orthonormal basis span."""
+    """Project a vector onto the orthogonal complement of the first `rank` rows of an orthonormal basis."""
     for _ in range(2):
         for k in range(rank):
             remove(basis[k], vector)
@@ -167,10 +171,10 @@ def project(basis, rank, vector):
 
 @kernel
 def scale(geometry, task, kind, preferences, longest, before, work):
-    """Return how far along the slope in work.null the least cost is, but so that no joint goes further than `longest`:
-    how far the joint that moves most goes, and that over the slope.
+    """Return the step along the slope in work.null to the least cost, at most `longest` for each joint: the largest
+    joint motion, and its ratio to the slope.
 
-    The cost bends, and the null space does too: how much, the slope after the last step shows (secant).
+    The curvature is that of the cost and of the null space; the slope after the last step shows it (secant).
     """
     square, largest, along, length = 0.0, 0.0, 0.0, 0.0
     for i in range(len(work.null)):
@@ -191,8 +195,8 @@ def scale(geometry, task, kind, preferences, longest, before, work):
 
 @kernel
 def leave_out_pushed(geometry, work):
-    """Take joints at a limit that the step pushes outwards out of the system and of the direction downhill; return
-    whether there were any."""
+    """Take joints at a limit that the step pushes outwards out of the system and out of work.null; return whether
+    there were any."""
     some = False
     for i in range(len(work.q)):
         if pushed_outwards(geometry, work, i):
@@ -204,7 +208,7 @@ def leave_out_pushed(geometry, work):
 
 @kernel
 def move(geometry, tuning, work):
-    """Take the step in work.dq, as much of it as the limits allow: all joints stop where the first one is stopped."""
+    """Take the step in work.dq up to where the first joint meets a limit."""
     fraction = 1.0
     if tuning.respect_limits > 0.0:
         for i in range(len(work.q)):

@@ -21,7 +21,7 @@ import numba
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 
 PACKAGE = 'ros_ik_pkg'
-DECORATED = re.compile(r'^@(compiled|kernel|inlined|door|variant_of)\b', re.MULTILINE)
+DECORATED = re.compile(r'^@(compiled|kernel|inlined|entry_point|variant_of)\b', re.MULTILINE)
 NAMES = 'names'  # of folders, by the exact text of the sources
 
 

@@ -109,7 +109,7 @@ class Preferences(NamedTuple):
     reference: np.ndarray  # (n,) from which distances, jumps and whole turns are measured [rad, m]
     joint_weights: np.ndarray  # (n,), or (0,) if the option is unset
     posture: np.ndarray  # (n,) [rad, m]
-    obstruction: NamedTuple | None  # see collision/obstruction.py; None where contact is left out
+    obstruction: NamedTuple | None  # see collision/obstruction.py; None if contact is left out
 
 
 class Solutions(NamedTuple):

@@ -1,4 +1,4 @@
-"""The compiled doors: every solve, alone or in a batch, with or without a trace, goes through `solve_rows`."""
+"""The compiled entry points: every solve, alone or in a batch, with or without a trace, goes through `solve_rows`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ros_ik_pkg.ik.descent.descent import CONVERGED
 from ros_ik_pkg.ik.descent.objectives import NONE
 from ros_ik_pkg.ik.descent.recorder import singular_figures
 from ros_ik_pkg.ik.kernel.clock import now
-from ros_ik_pkg.ik.kernel.compiled import door, inlined, kernel
+from ros_ik_pkg.ik.kernel.compiled import entry_point, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import (
     TUNABLES,
     Preferences,
@@ -32,11 +32,11 @@ from ros_ik_pkg.ik.solution import FIGURES
 from ros_ik_pkg.ik.step.limits import bring_inside, limits_mask
 from ros_ik_pkg.ik.step.weights import scale_joints
 
-NOT_AN_ARGUMENT = -1.0  # status of a row whose target, seed or reference is not finite or not a pose, or whose lists
-# of numbers for each joint are for another arm
+# Status of a row with an invalid target, seed or reference, or with lists per joint of the wrong length
+NOT_AN_ARGUMENT = -1.0
 NOT_COMPILED = -2.0  # status of a row that needs what solve_usual leaves out
-# Where the lists in the numbers of SolveOptions begin: first two of six, then the joint weights with their count before
-# them and the posture, which may be empty.
+# Offsets of the lists in the numbers of SolveOptions: two lists of six, then the joint weights, preceded by their
+# count, and the posture. The last two may be empty.
 WEIGHTS = TUNABLES
 TOLERANCES = WEIGHTS + ROWS
 JOINT_WEIGHTS = TOLERANCES + ROWS
@@ -55,34 +55,34 @@ WIDTH = len(FIGURES)
 
 ONE_TARGET = (
     [types.Array(types.float64, 1, 'C')] * 2  # an arm's and SolveOptions' numbers
-    + [types.Array(types.float64, d, 'A', readonly=True) for d in (2, 1)]  # any strides: nobody needs to look at them
+    + [types.Array(types.float64, d, 'A', readonly=True) for d in (2, 1)]  # any strides, so Python checks none
     + [types.Array(types.float64, 1, 'C')]
 )
 
 
-@door(types.bool_, ONE_TARGET)
+@entry_point(types.bool_, ONE_TARGET)
 def solve_usual(model, numbers, target, seed, row):
-    """Do what `solve_one` does for most targets, compiled in two thirds of its time; used until that is there.
+    """Solve as `solve_one` does, without objectives for the null space and without contact.
 
-    The status is NOT_COMPILED if an objective for the null space is asked for or if a scene is behind the model; the
-    smallest singular value of a failure is NaN.
+    It compiles in two thirds of the time, so a node uses it until `solve_one` is compiled. The status is NOT_COMPILED
+    if the options ask for an objective or if a scene follows the model; sigma_min of a failure is NaN.
     """
     return _solve_one(model, numbers, target, seed, row, None)
 
 
-@door(types.bool_, ONE_TARGET)
+@entry_point(types.bool_, ONE_TARGET)
 def solve_one(model, numbers, target, seed, row):
-    """Solve one target (4, 4) from a seed (n,), which is the reference too; write q and the figures to row, and return
-    whether they are any good: False if an argument is none, by its shape too (NOT_AN_ARGUMENT).
+    """Solve one target (4, 4) from a seed (n,), which is also the reference; write q and the figures to `row`.
 
-    What `solve_range` does for a batch, with fewer arrays: each that crosses into compiled code costs 0.06 us.
+    Returns False if an argument is invalid (NOT_AN_ARGUMENT; a wrong shape counts too) or NOT_COMPILED applies. It
+    takes fewer arrays than `solve_range`, because each array that is passed into compiled code costs 0.06 us.
     """
     return _solve_one(model, numbers, target, seed, row, shaped(row, 0, (0, 0)))
 
 
 @inlined
 def _solve_one(model, numbers, target, seed, row, rows):
-    """Implement `solve_one`; `rows` is for no trace, or None for what solve_usual leaves out."""
+    """Implement `solve_one`; `rows` is an empty trace, or None to leave out what solve_usual leaves out."""
     n = len(row) - WIDTH
     if target.shape != (4, 4) or len(seed) != n:
         return False
@@ -99,14 +99,14 @@ def _solve_one(model, numbers, target, seed, row, rows):
     return row[n + STATUS] >= 0.0
 
 
-@door(types.int64, [types.Array(types.float64, d, 'C') for d in (1, 1, 2, 1, 1, 2, 2, 2, 2)])
+@entry_point(types.int64, [types.Array(types.float64, d, 'C') for d in (1, 1, 2, 1, 1, 2, 2, 2, 2)])
 def solve_range(model, numbers, targets, seeds, references, out, answers, touching, rows):
     """Solve N targets (4 N, 4) from seeds (N n,) against references (N n,); return the number of iterates.
 
-    Writes to out (N, n + len(FIGURES)): q, then the figures. `answers` (k, n) receives the k nearest answers of the
-    last row, `touching` (MOST_TOUCHING, n) the configurations that hold the last target but are not clear of contact,
-    `rows` every iterate if there is room; all may be of length 0. `model` is a packed arm, with a packed scene behind
-    it if contact counts; `numbers` are those of SolveOptions.
+    Row k of `out` (N, n + len(FIGURES)) receives q, then the figures. `answers` (k, n) receives the k nearest
+    solutions of the last target, `touching` (MOST_TOUCHING, n) the configurations that reach the last target but are
+    not clear of contact, and `rows` every iterate until it is full. Each of the three may have length 0. `model` is a
+    packed arm, followed by a packed scene if contact counts; `numbers` are those of SolveOptions.
     """
     memory = np.empty(memory_size(model, max(1, len(answers))))
     return solve_rows(model, numbers, targets, seeds, references, out, answers, touching, rows, memory)
@@ -114,14 +114,14 @@ def solve_range(model, numbers, targets, seeds, references, out, answers, touchi
 
 @inlined
 def memory_size(model, answers):
-    """Return how many numbers solve_rows needs: one block, since to ask for several takes longer."""
+    """Return how many float64 solve_rows needs, in one block because each allocation takes time."""
     return 3 + buffer_size(model) + int(model[2]) // 2 + obstruction_size(model) + answers
 
 
 @kernel
 def solve_rows(model, numbers, targets, seeds, references, out, answers, touching, rows, memory):
-    """Implement `solve_range`. Its memory: three integers, a workspace, scores of the starts, an Obstruction, ranks of
-    answers."""
+    """Implement `solve_range`. `memory` holds three integers, a workspace, the scores of the starts, an Obstruction
+    and the ranks of the answers."""
     small_loops()
     n = out.shape[1] - WIDTH
     geometry, reach, starts = unpack_model(model)
@@ -177,7 +177,7 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
 
 @kernel
 def finite(values):
-    """Return whether all of a vector is finite."""
+    """Return whether all components of a vector are finite."""
     for i in range(len(values)):
         if not abs(values[i]) < math.inf:
             return False
@@ -186,7 +186,7 @@ def finite(values):
 
 @kernel
 def is_pose(T):
-    """Return whether T (4, 4) is finite, has a right-handed rotation and the last row 0 0 0 1."""
+    """Return whether T (4, 4) is finite and has a right-handed rotation and the last row 0 0 0 1."""
     for i in range(3):
         if not abs(T[i, 3]) < math.inf or T[3, i] != 0.0:
             return False

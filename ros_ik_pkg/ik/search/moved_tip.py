@@ -1,4 +1,4 @@
-"""What a search knows of an arm in advance, for the same arm with its tip moved: without computing it anew."""
+"""The reach and the starts of an arm whose tip is moved, for instance by a tool, without computing them again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ POSE = 7  # the last rows of the starts: position, and quaternion w x y z
 def moved_reach(reach: Reach, old_from_new: np.ndarray) -> Reach:
     """Return the bound for a tip at the pose old_from_new (4, 4) in the tip frame of `reach`.
 
-    Its points stay where they are in base and last link, so only their coordinates in the tip frame change.
+    The points are fixed in the base and in the last link, so only their coordinates in the tip frame change.
     """
     in_tip = old_from_new[:3, :3].T @ (reach.in_tip - old_from_new[:3, 3])
     length = reach.lengths[0]

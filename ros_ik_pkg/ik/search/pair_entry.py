@@ -1,6 +1,6 @@
-"""The compiled door for two tips: the search of `search.py`, compiled for a pair of chains when one is first solved.
+"""The compiled entry point for two tips: the search of `search.py` for a pair of chains, compiled at its first call.
 
-Nothing of it is compiled, loaded or asked for where one chain is solved. It has no trace and no null space.
+Solving one chain neither compiles nor loads any of it. It has no trace and no objectives for the null space.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import ros_ik_pkg.ik.search.pair_starts
 import ros_ik_pkg.ik.step.pair  # noqa: F401 the variants of a pair are known once these are imported
 from ros_ik_pkg.ik.collision.obstruction import make_obstruction, obstruction_size
 from ros_ik_pkg.ik.kernel.clock import now
-from ros_ik_pkg.ik.kernel.compiled import door, inlined, kernel
+from ros_ik_pkg.ik.kernel.compiled import entry_point, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import Preferences, Solutions, tuning_of, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import ROWS, assign, fill
 from ros_ik_pkg.ik.kernel.numba_insides import shaped, small_loops
@@ -55,15 +55,17 @@ VECTOR, MATRIX = types.Array(types.float64, 1, 'C'), types.Array(types.float64, 
 TARGETS = 3  # poses: the first tip's target, the second's, and the first's in the base frame
 
 
-@door(types.bool_, [VECTOR] * 2 + [types.Array(types.float32, 2, 'C')] + [VECTOR] * 2 + [MATRIX] + [VECTOR] * 4
-      + [MATRIX] * 2)  # fmt: skip
+@entry_point(
+    types.bool_,
+    [VECTOR] * 2 + [types.Array(types.float32, 2, 'C')] + [VECTOR] * 2 + [MATRIX] + [VECTOR] * 4 + [MATRIX] * 2,
+)
 def solve_pair(first, second, starts, layout, numbers, targets, wanted, seed, reference, row, answers, touching):
-    """Solve one pair of targets (12, 4) from a seed (n,); write q and the figures to row, and return whether they are
-    any good, as `solve_one` does.
+    """Solve one pair of targets (12, 4) from a seed (n,); write q and the figures to `row`.
 
-    `first` and `second` are packed chains over the same variables, the first with a packed scene behind it if contact
-    counts; `starts` are those of `make_pair_starts` and `layout` the size of their groups, then the side of each
-    variable; `wanted` (2,) is 0 for a tip that is free. `answers` and `touching` as in `solve_range`.
+    Returns False if an argument is invalid, as `solve_one` does. `first` and `second` are packed chains over the same
+    variables, the first followed by a packed scene if contact counts. `starts` are those of `make_pair_starts`;
+    `layout` is the size of their groups, then the side of each variable. `wanted` (2,) is 0 for a tip without a
+    target. `answers` and `touching` are as in `solve_range`.
     """
     n, m = int(first[0]), starts.shape[1]
     groups = m // int(layout[0])
@@ -79,7 +81,7 @@ def solve_pair(first, second, starts, layout, numbers, targets, wanted, seed, re
 def _solve_pair(
     first, second, starts, layout, numbers, targets, wanted, seed, reference, row, answers, touching, scores, memory
 ):
-    """Do what solve_pair says."""
+    """Implement `solve_pair`."""
     small_loops()
     n, m = int(first[0]), starts.shape[1]
     integers = shaped(memory, 0, (3,)).view(np.int64)

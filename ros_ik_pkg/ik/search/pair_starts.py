@@ -1,8 +1,8 @@
 """Where searches for two tips begin, and what proves a pair of targets out of reach.
 
-A start that is near both targets is rare among random ones. But where the shared variables stand still, each arm
-reaches its own target or does not: so the starts come in groups with the same shared variables, and within a group the
-nearest start of one arm is combined with the nearest one of the other. Without shared variables all are one group.
+Few random starts are near both targets. But once the shared variables are fixed, the arms are independent. So the
+starts come in groups with the same shared variables, and within a group the nearest start of one arm is combined with
+the nearest start of the other. Without shared variables there is one group.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def score_pair_starts(starts, task, scale, scores):
 
 @kernel
 def score_group(starts, k, scores):
-    """Write how far the best combination of group k that is left is from the targets."""
+    """Write how far the best unused combination of group k is from the targets."""
     a, b = best_of_group(starts.first_scores, starts.group, k), best_of_group(starts.second_scores, starts.group, k)
     scores[k] = max(starts.first_scores[a] + starts.second_scores[b], np.float32(0.0))  # rounding can be below zero
 
@@ -90,8 +90,8 @@ def distance_of_pair(starts, k, task):
 
 @variant_of(next_start, PairStarts)
 def next_pair_start(starts, attempt, first, work):
-    """Write the start of attempt 1, 2, ... to work.q: the best combination that was not used yet, of all those of
-    group `first`. Of the two that it combines, one is not used again, by turns."""
+    """Write the start of attempt 1, 2, ... to work.q: the best unused combination; that of group `first` is the best
+    of all. Of the two starts in it one is marked as used, in turn that of the first and of the second arm."""
     k = first if attempt == 1 else nearest_start(work.scores)
     if not work.scores[k] < np.inf:  # all used
         fill(work.scores, np.float32(0.0))
@@ -108,6 +108,6 @@ def next_pair_start(starts, attempt, first, work):
 
 @inlined
 def combine_starts(starts, a, b, q):
-    """Write the variables of start a, but those that move the second tip alone of start b, to q."""
+    """Write start a to q, but take the variables that move only the second tip from start b."""
     for i in range(len(q)):
         q[i] = starts.q[i, b if starts.side[i] == 2.0 else a]

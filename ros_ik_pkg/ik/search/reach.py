@@ -50,7 +50,7 @@ def _axes_at_zero(geometry: Geometry) -> tuple[list[np.ndarray], float]:
 
 
 def _shorten(lines: list[tuple[np.ndarray, np.ndarray]]) -> list[np.ndarray]:
-    """Slide the points along their lines (point, direction) until the path through them hardly gets shorter."""
+    """Slide the points along their lines (point, direction) until the path through them stops getting shorter."""
     points = [origin.copy() for origin, _ in lines]
     for _ in range(SWEEPS):
         for k, (origin, direction) in enumerate(lines):

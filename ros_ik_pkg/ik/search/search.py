@@ -1,9 +1,9 @@
 """The search: attempts from the seed, then from starts near the target, until a solution is accepted.
 
-An attempt is a descent by the selected method or, in two cases, by Levenberg-Marquardt: from where a descent came so
-close that the tolerances may allow a solution (TO_TOLERANCE), and from the seed if a solution near it is wanted, or if
-the descent from there ran out of steps (FROM_SEED). What an attempt ends with is finished (whole turns, self-motion)
-and judged (`acceptance.py`).
+An attempt is a descent by the selected method or, in two cases, by Levenberg-Marquardt: TO_TOLERANCE starts from an
+iterate that is so close that the tolerances may allow a solution; FROM_SEED starts from the seed if a solution near it
+is wanted, or if the descent from there ran out of steps. The result of an attempt is finished (whole turns,
+self-motion) and judged (`acceptance.py`).
 """
 
 from __future__ import annotations
@@ -50,27 +50,27 @@ COLLISION = int(Status.COLLISION)
 FIRST, NEAREST, ALL = range(3)
 BY_METHOD, TO_TOLERANCE, FROM_SEED = range(3)  # kinds of attempts
 
-# Patience of an attempt: steps within which its error must fall below this factor of what it was. A hurried one is
-# given up soon, because to start elsewhere is cheaper (docs/performance.md).
+# Patience of an attempt: the number of steps within which its error must fall below this factor of its last mark.
+# Hurried attempts are abandoned early, because starting elsewhere is cheaper (docs/performance.md).
 HURRIED = (5, 0.9)
 PATIENT = (20, 0.999)
-HURRIED_ATTEMPTS = 50  # those after that are patient: the target is hard
-LOOK = 2  # steps after which a seed is left that is still further from the target than the nearest start
-CLOSE = 2.0  # times the error norm that the tolerances allow: from there on TO_TOLERANCE is tried
+HURRIED_ATTEMPTS = 50  # later attempts are patient: the target is hard
+LOOK = 2  # steps after which the seed is abandoned if it is still further from the target than the nearest start
+CLOSE = 2.0  # TO_TOLERANCE is tried below this multiple of the error norm that the tolerances allow
 ATTEMPTS_OUT_OF_REACH = 8  # to find the closest approach to a target that is provably out of reach
 ATTEMPTS_WITHOUT_NEWS = 40  # after which the nearest solution, or the list of all, counts as complete
-ATTEMPTS_NO_CLOSER = 100  # after which the search gives up: of 80000 reachable targets none took 70 in all
+ATTEMPTS_NO_CLOSER = 100  # after which the search gives up: none of 80000 reachable targets took more than 70 in all
 CLOSER = 0.999  # factor by which the error of a closest approach must fall to count as closer
 
 
 class Plan(NamedTuple):
-    """How the search goes about one target."""
+    """How the search treats one target."""
 
     budget: float  # attempts at most
     hurried: int  # how many of them are hurried
     near_seed: bool  # whether a solution near the seed is wanted
-    may_leave_seed: bool  # whether the first descent may be given up for a start that is nearer the target
-    finish_by_lm: bool  # whether Levenberg-Marquardt may do what the method cannot
+    may_leave_seed: bool  # whether the first descent may be abandoned for a start that is nearer to the target
+    finish_by_lm: bool  # whether Levenberg-Marquardt may continue where the method fails
     hopeless: bool  # whether the target is provably out of reach
     close: float  # error norm of a descent from which TO_TOLERANCE is tried
     stop_time: float  # [s]
@@ -96,10 +96,10 @@ def make_plan(geometry, reach, task, tuning, began):
 
 @inlined
 def search(geometry, starts, reach, task, tuning, preferences, began, solutions, work, recorder):
-    """Search from work.q since the time `began`; leave the solution, or the closest approach, in work.q.
+    """Search from work.q; leave the solution, or the closest approach, in work.q. `began` is when the solve began [s].
 
     Returns (status, steps, attempts, number of accepted solutions, position error [m], orientation error [rad]).
-    `solutions` receives the nearest distinct ones that were found, `preferences.obstruction` those that touch.
+    `solutions` receives the nearest distinct solutions, `preferences.obstruction` those that touch something.
     """
     plan = make_plan(geometry, reach, task, tuning, began)
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
@@ -111,7 +111,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
     while attempts < plan.budget:
         if kind == BY_METHOD:
             hurry = attempts < plan.hurried
-            # So is the seed's own descent if a solution near it is wanted, or if it did not pause: it is FAR no more.
+            # The seed's own descent is patient if a solution near it is wanted, or if it is no longer FAR.
             from_near = plan.near_seed or (plan.may_leave_seed and taken == 0)
             patient = not hurry or (attempts == 0 and from_near)
             patience, progress = PATIENT if patient else HURRIED
@@ -125,7 +125,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
                 score_starts(starts, task, scale, work.scores)
                 nearest_of_starts, status = nearest_start(work.scores), STALLED
                 if norm < distance_of(starts, nearest_of_starts, task):
-                    continue  # the seed keeps its descent
+                    continue  # the descent from the seed goes on
         else:
             slack = 1.0 if kind == TO_TOLERANCE else 0.0
             taken, status, position_error, orientation_error, nearest = approach_within(
@@ -168,7 +168,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         in_vain = found == 0 and attempts - last_closer >= ATTEMPTS_NO_CLOSER
         if late or complete or in_vain or attempts >= plan.budget:
             break
-        # Where the next attempt begins
+        # Choose where the next attempt begins
         if attempts == 1 and status == MAX_ITERATIONS:  # it was on its way to a solution near the seed
             near_seed = True
         if kind == BY_METHOD and status != CONVERGED and nearest <= plan.close and plan.finish_by_lm:
@@ -192,7 +192,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         if not late and (plan.finish_by_lm or plan.budget < 1.0):
             more, late = come_closest(geometry, task, tuning, plan, attempts, work, recorder)
             steps += more
-            # How the descents ended says nothing of where the approach came to rest.
+            # How the descents ended says nothing about where the approach came to rest.
             status_of_best = STALLED if status_of_best in (DIVERGED, OSCILLATING) else status_of_best
         unwrap(geometry, work.q, preferences.reference)
         position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
@@ -227,8 +227,8 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
 
 @inlined
 def finish(geometry, task, tuning, preferences, plan, attempt, taken, work, recorder):
-    """Bring a solution in work.q to the nearest whole turns, and by self-motion to where null_space wants it; return
-    the steps taken, and whether it moved."""
+    """Turn the joints of a solution in work.q by whole turns towards the reference, then apply null_space by
+    self-motion; return (steps, whether it moved)."""
     moved = unwrap(geometry, work.q, preferences.reference)
     steps = 0
     if recorder is not None and int(tuning.null_space) != NONE:
@@ -253,8 +253,8 @@ def get_clear(geometry, task, tuning, preferences, plan, attempt, taken, work, r
 
 @inlined
 def approach_within(geometry, task, tuning, slack, plan, attempt, work, recorder):
-    """Approach the target from work.q with this part of the tolerances as freedom; return (steps, status, position
-    error [m], orientation error [rad], error norm)."""
+    """Approach the target from work.q by Levenberg-Marquardt, with `slack` times the tolerances left free; return
+    (steps, status, position error [m], orientation error [rad], error norm)."""
     eased = with_slack(task, slack * tuning.position_tolerance, slack * tuning.orientation_tolerance)
     steps = approach(geometry, eased, tuning, plan.stop_time, attempt, work, recorder)
     position_error, orientation_error, norm, _, _ = look_at_error(geometry, task, work)
@@ -264,13 +264,13 @@ def approach_within(geometry, task, tuning, slack, plan, attempt, work, recorder
 
 @inlined
 def come_closest(geometry, task, tuning, plan, attempt, work, recorder):
-    """Bring work.q, from which no descent got closer, to the closest approach; return (steps, whether it is late).
+    """Move work.q, the best iterate, to the closest approach; return (steps, whether the deadline has passed).
 
-    Joint weights do not count any more: they would slow down the joints that the last millimetre needs.
+    Joint weights are ignored: they would slow down the joints that the last millimetre needs.
     """
     fill(work.scales, 1.0)
     steps, status, _, _, norm = approach_within(geometry, task, tuning, 0.0, plan, attempt, work, recorder)
-    if status != CONVERGED and norm <= plan.close and attempt == 0:  # no attempts: nobody has tried it
+    if status != CONVERGED and norm <= plan.close and attempt == 0:  # without attempts it was not tried
         more, _, _, _, _ = approach_within(geometry, task, tuning, 1.0, plan, attempt + 1, work, recorder)
         steps += more
     return steps, passed(plan.stop_time, work.clock)

@@ -1,4 +1,4 @@
-"""Found solutions: their rank by distance from the reference, the list of distinct ones."""
+"""The list of distinct solutions of a search, ranked by their distance from the reference."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOT_ACCEPTED = 1e9  # added to the rank of a solution that is kept but not accep
 
 @kernel
 def rank_solution(q, verdict, preferences):
-    """Return the distance of q from the reference, weighted if there are weights; NOT_ACCEPTED more unless accepted."""
+    """Return the distance of q from the reference, weighted by the joint weights; add NOT_ACCEPTED if q is not."""
     square = 0.0
     for i in range(len(q)):
         gap = q[i] - preferences.reference[i]
@@ -27,7 +27,7 @@ def rank_solution(q, verdict, preferences):
 
 @kernel
 def keep_solution(geometry, q, rank, solutions, found):
-    """Insert q by rank unless it is there already; return how many solutions there are now."""
+    """Insert q by its rank unless it is in the list; return the number of solutions."""
     rows, ranks = solutions.rows, solutions.ranks
     for k in range(found):
         if same_solution(geometry, q, rows[k]):
@@ -48,7 +48,7 @@ def keep_solution(geometry, q, rank, solutions, found):
 
 @inlined
 def keep_touching(geometry, q, rank, obstruction, found):
-    """Insert q among the configurations that touch, if they are kept at all; return how many there are now."""
+    """Insert q into the list of configurations that touch, if there is one; return their number."""
     if obstruction is None:
         return found
     return keep_solution(geometry, q, rank, obstruction, found)
@@ -56,21 +56,21 @@ def keep_touching(geometry, q, rank, obstruction, found):
 
 @inlined
 def forget_touching(obstruction):
-    """Begin without configurations that touch."""
+    """Empty the list of configurations that touch."""
     if obstruction is not None:
         fill(obstruction.ranks, math.inf)
 
 
 @inlined
 def take_touching(obstruction, k, q):
-    """Write the configuration that touches and is the k-th nearest to q."""
+    """Write the k-th nearest of the configurations that touch to q."""
     if obstruction is not None:
         assign(q, obstruction.rows[k])
 
 
 @kernel
 def same_solution(geometry, q, other):
-    """Return whether two solutions differ by less than SAME_SOLUTION in every joint, whole turns aside."""
+    """Return whether two solutions differ by less than SAME_SOLUTION in every joint, apart from whole turns."""
     for i in range(len(q)):
         gap = q[i] - other[i]
         if geometry.wraps[i]:

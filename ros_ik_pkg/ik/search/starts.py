@@ -1,4 +1,4 @@
-"""Where the attempts after the first begin: well-spread configurations, those that reach near the target first.
+"""The starts of the attempts after the first: well-spread configurations, those nearest to the target first.
 
 The configurations are points of the R_d sequence (Roberts 2018, the generalised golden ratio) between the joint
 limits, so they are the same on every machine; their poses are computed once per arm. A descent that begins at the
@@ -42,9 +42,9 @@ def r_sequence(count, dimensions):
 
 
 def sampling_range(geometry):
-    """Return lower and upper ends between which starts lie: one turn if a joint may turn round or has no end.
+    """Return the lower and upper bounds of the starts: one turn for a joint that may turn round or is unlimited.
 
-    A slide without end, or much longer than the arm, starts within 2 pi times the length of the arm.
+    For a slide that is unlimited or much longer than the arm it is 2 pi times the length of the arm.
     """
     lower, upper = geometry.lower.copy(), geometry.upper.copy()
     slides = set(geometry.variable[geometry.prismatic > 0].tolist())
@@ -100,8 +100,8 @@ def _write_poses(model, q, memory, poses):
 def nearest_start(scores):
     """Return the index of the nearest start that was not used yet.
 
-    Non-negative floats have the same order as their bits, and the compiler compares integers sixteen at a time; of
-    two that are equal the first counts.
+    Non-negative floats have the same order as their bits, and the compiler compares integers sixteen at a time. The
+    first of several equal scores wins.
     """
     on_its_own()
     bits = scores.view(np.int32)
@@ -129,7 +129,7 @@ def distance_of(starts, k, task):
 
 @kernel
 def next_start(starts, attempt, first, work):
-    """Write the start of attempt 1, 2, ... to work.q: the nearest that was not used yet; of all it is `first`."""
+    """Write the start of attempt 1, 2, ... to work.q: the nearest unused one; `first` is the nearest of all."""
     m = starts.shape[1]
     if attempt <= m:
         best = first if attempt == 1 else nearest_start(work.scores)

@@ -41,7 +41,7 @@ def unwrap(geometry, q, reference):
 
 @kernel
 def bring_inside(arm, q):
-    """Turn, then clip q into the limits; return whether anything had to move."""
+    """Bring q within the limits by whole turns, then by clipping; return whether any joint was outside."""
     outside = False
     for i in range(len(q)):
         outside = outside or q[i] < arm.lower[i] or q[i] > arm.upper[i]
@@ -74,8 +74,8 @@ def count_at_limits(geometry, q):
 def step_within_limits(geometry, tuning, norm, work):
     """Compute the step that pushes no joint at a limit outwards; return its damping.
 
-    Active set: such joints leave the system (their columns become zero) and the others take over. The gradient
-    J^T e says which to begin with; a step that pushes another one outwards is taken again without it.
+    Active set: such joints leave the system (their columns become zero) and the others compensate. The gradient
+    J^T e gives the first set; if the step pushes another joint outwards, it is computed again without that joint.
     """
     weigh(work)
     if tuning.respect_limits > 0.0:

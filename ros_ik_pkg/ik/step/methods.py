@@ -1,7 +1,7 @@
-"""The compiled step rules of the methods, and the one place that tells them apart.
+"""The compiled step rules of the methods, and the one function that selects among them.
 
-Each reads the Jacobian's columns and the weighted error from the workspace, writes the joint step dq and
-returns its damping. A frozen joint is a column of zeros: its dq comes out as 0 by every rule. A rule that
+Each rule reads the Jacobian's columns and the weighted error from the workspace, writes the joint step dq and
+returns its damping. A frozen joint is a column of zeros, for which every rule returns dq = 0. A rule that
 finds no finite step returns NaN.
 """
 
@@ -123,7 +123,7 @@ def solve_normal_equations(work):
 
 @inlined
 def diagonal(weights, added):
-    """Return what is added to the diagonal of J J^T; for a dropped row, a 1 that keeps it out of the system."""
+    """Return the terms added to the diagonal of J J^T: the damping, or 1 for a row that is dropped."""
     return (
         added if weights[0] > 0.0 else 1.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,
         added if weights[3] > 0.0 else 1.0, added if weights[4] > 0.0 else 1.0, added if weights[5] > 0.0 else 1.0,
@@ -132,7 +132,7 @@ def diagonal(weights, added):
 
 @kernel
 def fewer_joints_than_rows(work):
-    """Return whether the task has more rows than joints are free: then J J^T is singular and J^T J is not."""
+    """Return whether fewer joints are free than the task has rows: then J J^T is singular and J^T J is not."""
     weights, columns = work.weights, work.columns
     rows, free = 0, 0
     for r in range(rows_of(work)):
@@ -144,7 +144,7 @@ def fewer_joints_than_rows(work):
 
 @kernel
 def moves(rows, columns, i):
-    """Return whether joint i is in the system: a joint that moves nothing has a column of zeros."""
+    """Return whether joint i is in the system, that is, whether its column is not zero."""
     for r in range(rows):
         if columns[i, r] != 0.0:
             return True
@@ -155,7 +155,7 @@ def moves(rows, columns, i):
 def normal_equations_step(work):
     """dq = (J^T J)^-1 J^T e over the free joints, fewer than rows; return whether there is one.
 
-    Rows that are left over get a 1 on the diagonal.
+    Unused rows of the 6 x 6 system get a 1 on the diagonal.
     """
     A, columns, rows = work.A, work.columns, rows_of(work)
     rhs = work.rhs

@@ -1,6 +1,6 @@
-"""What the step rules do differently for twelve rows: the dense kernels, as loops over memory.
+"""The dense kernels of the step rules for twelve rows, as loops over memory.
 
-The 21 numbers of a triangle of six rows stay in registers (see `linalg.py`), the 78 of twelve rows do not.
+The 21 numbers of a triangle of six rows fit into registers (see `linalg.py`), the 78 of twelve rows do not.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def write_gram(added, work):
         A[r, r] = added if work.weights[r] > 0.0 else 1.0
     for i in range(len(columns)):
         column = columns[i]
-        # Most joints move one tip alone, so a quarter of their products is left.
+        # Most joints move only one tip, so only a quarter of their products is not zero.
         first = HALF if is_zero(column, 0) else 0
         last = HALF if is_zero(column, HALF) else ROWS
         for r in range(first, last):

@@ -1,19 +1,19 @@
-"""Joint weights in a step: the step is the shortest one in the distance sqrt(sum (w_i dq_i)^2) by which solutions rank.
+"""Joint weights in a step: it is the shortest in the norm sqrt(sum (w_i dq_i)^2), by which solutions are ranked too.
 
-With W = diag(w^2) it is dq = W^-1 J^T (J W^-1 J^T + lambda^2 I)^-1 e (Whitney 1969). That is the unweighted step of the
-Jacobian J S with S = W^-1/2, taken back by dq = S dq', so every method has it without a formula of its own.
+With W = diag(w^2), dq = W^-1 J^T (J W^-1 J^T + lambda^2 I)^-1 e (Whitney 1969). This is the unweighted step dq' of the
+Jacobian J S with S = W^-1/2, and dq = S dq', so no method needs a formula of its own.
 """
 
 from __future__ import annotations
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 
-MOST_RATIO = 30.0  # between two weights in a step: damping would stop a joint that weighs more, even if it must move
+MOST_RATIO = 30.0  # between two weights in a step; with more, damping stops the heavier joint even if it must move
 
 
 @kernel
 def scale_joints(weights, scales):
-    """Write the diagonal of S, 1 for the lightest joint: only the ratios of the weights count."""
+    """Write the diagonal of S, scaled to 1 for the smallest weight because only ratios count."""
     heaviest = 0.0
     for i in range(len(scales)):
         heaviest = max(heaviest, weights[i])
@@ -26,7 +26,7 @@ def scale_joints(weights, scales):
 
 @inlined
 def weigh(work):
-    """Make the Jacobian J that of the weighted step, J S."""
+    """Replace the Jacobian J by J S."""
     if len(work.scales) > 0:
         scale_columns(work.scales, work.columns)
 
@@ -41,7 +41,7 @@ def scale_columns(scales, columns):
 
 @inlined
 def take_back_weights(work):
-    """Make the step of J S one of the joints."""
+    """Replace the step dq' of J S by dq = S dq'."""
     if len(work.scales) > 0:
         scale_step(work.scales, work.dq)
 

@@ -20,7 +20,7 @@ HELD = frozenset({Status.NOT_FINITE.label, Status.JOINT_JUMP.label, Status.COLLI
 
 
 class Commands:
-    """Gives answers their commands, and remembers the last: `last` (n,) [rad, m], None where there was none."""
+    """Gives answers their commands, and remembers the last: `last` (n,) [rad, m], None if there was none."""
 
     def __init__(self, clock: ROSClock) -> None:
         self.last: np.ndarray | None = None

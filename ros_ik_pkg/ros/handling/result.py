@@ -25,8 +25,8 @@ class Command:
 
     q: (n,) [rad, m], reached from start (n,) with the velocity limits (n,) [rad/s, m/s]. published: SOLUTION,
     STEP towards it, CLOSEST, to which q leads, or STREAM, whose goal q is.
-    errors: of q [m, rad], None where it is the solution itself.
-    fraction and step_time [s]: how much of the step was taken, and in what time; None where steps are not limited.
+    errors: of q [m, rad], None if it is the solution itself.
+    fraction and step_time [s]: how much of the step was taken, and in what time; None if steps are not limited.
     """
 
     q: np.ndarray
@@ -39,7 +39,7 @@ class Command:
 
     @property
     def duration(self) -> float:
-        """The shortest time from start to q within the velocity limits [s], 0 where none is known."""
+        """The shortest time from start to q within the velocity limits [s], 0 if none is known."""
         return travel_time(self.start, self.q, self.velocity_limits)
 
 
@@ -49,7 +49,7 @@ class Result:
 
     `cause` is one word: the label of the solver's status, the cause of a refusal, or INTERNAL_ERROR.
     What was solved is `base_from_target` (4, 4) from `seed` (n,); what goes out to the arm is `command`. Fields are
-    None where the target did not get that far. `service`: the one that asked; nothing is commanded for that.
+    None if the target did not get that far. `service`: the one that asked; nothing is commanded for that.
     """
 
     target: Target

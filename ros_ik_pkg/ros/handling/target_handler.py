@@ -108,7 +108,7 @@ class TargetHandler:
         return self.without_solution(target, FAILED, INTERNAL_ERROR, reason)
 
     def joint_states_age(self) -> float | None:
-        """Return the age of the joint positions that seeds come from [s]; None where no seed needs them."""
+        """Return the age of the joint positions that seeds come from [s]; None if no seed needs them."""
         if self.arm is None or self.settings.seed_source != 'joint_states':
             return None
         if self.joint_states.empty and self.settings.home_until_joint_states:

@@ -48,7 +48,7 @@ class RobotSource:
         return self._load(settings, lambda source, **others: load_arm(source, tip=tip, **others))
 
     def load_tips(self, settings: Settings) -> ArmTree | None:
-        """Return both arms of tip_frames, or None where there are none or no robot; raise as `load`."""
+        """Return both arms of tip_frames, or None if there are none or no robot; raise as `load`."""
         if not settings.tip_frames:
             return None
         return self._load(settings, lambda source, **others: load_tree(source, settings.tip_frames, **others))

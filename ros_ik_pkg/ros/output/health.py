@@ -59,7 +59,7 @@ class Health:
         """Return the status of the last `period` [s], the time that really passed.
 
         waiting: what is missing, if anything. joint_states_age: since when the joints were not heard of [s], infinite
-        where they never were, None where nobody needs them. doubts: for how many targets the joint states were not
+        where they never were, None if nobody needs them. doubts: for how many targets the joint states were not
         believed, and why.
         """
         ages = {'joint_states_age': joint_states_age, 'target_age': time.monotonic() - self.last_target}

@@ -1,7 +1,7 @@
 """Rules of caution: how fast the arm may go near a singularity, a joint limit, a contact, and at its top speed.
 
-Every rule looks at the motion that is asked for, not at the one that is left of it, so that a halted arm moves again
-as soon as a command leads away.
+Every rule judges the commanded motion, not the slowed one, so that a halted arm moves again as soon as a command leads
+away.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.limiter import MotionLimits
 from ros_ik_pkg.ros.servo.singularity import name_singularity
 
-LOOK_AHEAD = 1e-3  # rad, m: how far the joint that moves most is moved to tell towards from away
-FAR = 1e6  # rad, m: all the room in the world
+LOOK_AHEAD = 1e-3  # rad, m: motion of the fastest joint after which a measure is compared with its value here
+FAR = 1e6  # rad, m: room without bound
 TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
-BRAKE = 0.3  # of acceleration and jerk, with which a joint can still stop; the rest is for the curve of the line
-CURVE = 0.4  # of the acceleration limits, for the curve that a straight line is for the joints
-UNNOTICED = 1.3  # share that the rules let through, above which it is not worth a word
-NAMED_FOR = 0.01  # rad, m: how far a joint moves before a singularity may have another name
+BRAKE = 0.3  # of acceleration and jerk, reserved for stopping; the rest is for the curve of the line
+CURVE = 0.4  # of the acceleration limits, for the curve of the joints along a straight line
+UNNOTICED = 1.3  # share of the allowed speed above which a rule is not reported
+NAMED_FOR = 0.01  # rad, m: motion of a joint after which a singularity is named again
 STILL = 1e-9  # rad/s, m/s: no motion
-DAMPING = 1e-4  # of the joint velocities that are judged: near a singularity they exceed every limit, and are slowed
+DAMPING = 1e-4  # of the judged joint velocities: near a singularity they exceed every limit, and are slowed
 JOINTS_TOO_FAST = (Code.SLOWED_VELOCITY, Code.SLOWED_ACCELERATION)
 AXES = ('x', 'y', 'z')
 
 
 class Approach:
-    """One rule about a measure that must not become small, such as a clearance: slow below `slow`, none at `halt`.
+    """A rule about a measure that must not become small, such as a clearance: slow below `slow`, no motion at `halt`.
 
-    Between the two the top speed falls in proportion. In any case it is one from which the joints stop before `halt`.
+    Between the two the top speed falls in proportion. The joints can always stop before `halt`.
     """
 
     def __init__(self, slow: float, halt: float, thresholds: Thresholds) -> None:
@@ -43,7 +43,7 @@ class Approach:
         self._slowed = self._halted = False
 
     def share(self, now: float, ahead: float) -> tuple[float, float, bool]:
-        """Return the share of the top speed, the room [rad, m] of the joint that moves most, and whether it leads away.
+        """Return the share of the top speed, the room [rad, m] of the fastest joint, and whether the motion leads away.
 
         now, ahead: the measure here, and LOOK_AHEAD further on.
         """
@@ -55,12 +55,12 @@ class Approach:
             share = 0.0 if self._halted else min((now - self._halt) / max(self._slow - self._halt, 1e-12), 1.0)
         if ahead > now:
             return max(share, self._leaving_share), FAR, True
-        # Where a singular value goes as the sine of a joint, its slope promises the tangent: hence the arctangent.
+        # If a singular value is the sine of a joint, the linear estimate is its tangent: the arctangent corrects that.
         return share, math.atan(max(now - halt, 0.0) * LOOK_AHEAD / max(now - ahead, 1e-12)), False
 
 
 class Posture(NamedTuple):
-    """A configuration q (n,) and what the task's Jacobian makes of twists there."""
+    """A configuration q (n,) and the task's Jacobian there."""
 
     q: np.ndarray
     joints_from_twist: np.ndarray  # (n, 6) joint velocity for a twist of the tip in base axes
@@ -71,7 +71,7 @@ class Posture(NamedTuple):
 
 
 def posture(arm: Arm, q: np.ndarray, rows: np.ndarray) -> Posture:
-    """Return what the Jacobian makes of twists at q (n,), for the rows (k, 6) of the task."""
+    """Return the posture at q (n,), for the rows (k, 6) of the task."""
     jacobian = arm.jacobian(q)
     left, sigmas, right = np.linalg.svd(rows @ jacobian, full_matrices=False)
     joints_from_twist = right.T @ ((sigmas / (sigmas**2 + DAMPING**2))[:, None] * (left.T @ rows))
@@ -79,7 +79,7 @@ def posture(arm: Arm, q: np.ndarray, rows: np.ndarray) -> Posture:
 
 
 class Caution:
-    """All rules for one arm; they remember what they slowed, so there is one for each stretch of motion."""
+    """All rules for one arm. They remember what they slowed, so each motion from rest needs a new Caution."""
 
     def __init__(
         self,
@@ -98,7 +98,7 @@ class Caution:
     def judge(self, here: Posture, twist: np.ndarray, rows: np.ndarray) -> Finding:
         """Return the strictest finding about a twist (6,) of the tip in a posture, with the rows (k, 6) of the task.
 
-        Its share is that of the most that the rules allow: 2 where the tip may be twice as fast.
+        Its share is the allowed speed over the commanded one: 2 if the tip may be twice as fast.
         """
         velocity = here.joints_from_twist @ twist
         fastest = float(np.abs(velocity).max())
@@ -117,7 +117,7 @@ class Caution:
             found.append(self._near_contact(self.contact_ahead, here.q, ahead.q, velocity))
         finding = strictest(found)
         if finding.code in JOINTS_TOO_FAST and here.sigma < self._thresholds.singularity_slow:
-            return found[1]._replace(share=finding.share)  # it is the singularity that makes them so
+            return found[1]._replace(share=finding.share)  # the singularity is the cause of the high joint speeds
         return finding
 
     def _near_limit(self, q: np.ndarray, velocity: np.ndarray) -> Finding:
@@ -138,7 +138,7 @@ class Caution:
         return Finding(share, slowed, text)
 
     def _name(self, here: Posture) -> str:
-        """Return the name of a singularity, a new one only after some way: it takes longer than all rules together."""
+        """Return the name of a singularity, kept for NAMED_FOR because naming takes longer than all rules together."""
         if self._named_at is None or np.abs(here.q - self._named_at).max() > NAMED_FOR:
             self._named_at = here.q
             self._singularity_name = name_singularity(here.jacobian, here.idle, here.lost, self._arm.joint_names)
@@ -161,7 +161,7 @@ class Caution:
         return Finding(float(shares[worst]), Code.SLOWED_VELOCITY, text)
 
     def _at_top_acceleration(self, acceleration: np.ndarray) -> Finding:
-        """Allow the speed at which the curve of the joints, which grows as its square, leaves the line as it is."""
+        """Limit the speed so that the joint accelerations along the line, which grow as its square, stay in limits."""
         shares = np.sqrt(_shares(CURVE * self._limits.acceleration, acceleration))
         worst = int(np.argmin(shares))
         text = (f'{self._arm.joint_names[worst]} would have to accelerate at {abs(acceleration[worst]):.2g}, '
@@ -169,7 +169,7 @@ class Caution:
         return Finding(float(shares[worst]), Code.SLOWED_ACCELERATION, text)
 
     def _share(self, share: float, room: float, away: bool, velocity: np.ndarray) -> tuple[float, bool]:
-        """Return the share of the velocity (n,) within a share of the top speed and a room, and `away`."""
+        """Return the allowed share of the velocity (n,) for a share of the top speed and a room, and `away`."""
         rooms = room * np.abs(velocity) / np.abs(velocity).max()
         most = np.minimum(share * self._limits.velocity, self._stoppable(rooms))
         return float(_shares(most, velocity).min()), away
@@ -177,7 +177,7 @@ class Caution:
     def _stoppable(self, room: np.ndarray) -> np.ndarray:
         """Return the velocity (n,) from which each joint stops within a room (n,), at BRAKE of its limits.
 
-        By v^2 / 2a + v a / 2j, the length of a stop that uses all of both, and never less than that of the shortest.
+        It uses v^2 / 2a + v a / 2j, the length of a stop that reaches both limits; no shortest stop is longer.
         """
         j = BRAKE * self._limits.jerk
         a = np.minimum(BRAKE * self._limits.acceleration, np.sqrt(j * self._limits.velocity))  # a stop needs no more
@@ -187,13 +187,13 @@ class Caution:
 
 
 def _shares(most: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Return which share of each velocity (n,) is within the most (n,) that is allowed."""
+    """Return the share of each velocity (n,) that is within the largest allowed one (n,)."""
     speed = np.abs(velocity)
     return np.where(speed < STILL, np.inf, most / np.maximum(speed, STILL))
 
 
 def _motion(direction: np.ndarray) -> str:
-    """Say which motion of the tip a direction (6,) in base axes is: the larger of its two halves."""
+    """Return words for the motion of the tip along a direction (6,) in base axes: the larger of its two halves."""
     half, verb = (direction[:3], 'move along') if np.linalg.norm(direction[:3]) >= np.linalg.norm(direction[3:]) else (
         direction[3:], 'turn about')  # fmt: skip
     half = half / np.linalg.norm(half)

@@ -1,4 +1,4 @@
-"""What the servo says of itself: one code and one sentence."""
+"""How the servo reports its state: one code and one sentence."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Code(enum.IntEnum):
 
     @property
     def at_standstill(self) -> Code:
-        """The code of what slows the arm, once it has slowed it down to nothing."""
+        """The code to report once the arm has been slowed down to a standstill."""
         return STANDSTILLS.get(self, self)
 
     @property
@@ -56,7 +56,7 @@ HALTS = frozenset(code for code in Code if code.name.startswith('HALTED')) | {
 
 
 class Finding(NamedTuple):
-    """What one rule says: the share of the velocity that it lets through, its code, and why."""
+    """The result of one rule: the share of the velocity that it allows, its code, and the reason."""
 
     share: float
     code: Code
@@ -74,5 +74,5 @@ FOLLOWING = Finding(math.inf, Code.FOLLOWING, 'follows the commands')
 
 
 def strictest(findings: list[Finding]) -> Finding:
-    """Return the finding that lets the least through, the first of several."""
+    """Return the finding with the smallest share, the first of several."""
     return min(findings, key=lambda finding: finding.share)

@@ -11,17 +11,19 @@ from ros_ik_pkg.ik.collision.look_ahead import contact_of_stop, gaps_of
 from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ros.interface.servo_settings import Thresholds
 
-PROBES = 64  # configurations that show how far apart two things usually are
-USUAL = 0.5  # of its usual gap, below which a pair is near although that is no clearance for others
-NEARER = 1e-4  # m per rad or m of the joint that moves most, less than which a gap stays as it is
+PROBES = 64  # configurations that show how far apart two bodies usually are
+USUAL = 0.5  # share of its usual gap below which a pair is near
+NEARER = 1e-4  # m per rad or m of the fastest joint; a gap that shrinks less counts as constant
 DEEPER = 1e-7  # m: rounding of a depth
-CERTAIN = 1e-6  # m: what rounding of a stop and of coal may take
-REST = np.array([-np.inf, np.inf, 1.0, 1.0, 1.0])  # limits of a joint that stands
+CERTAIN = 1e-6  # m: allowance for the rounding of a stop and of coal
+REST = np.array([-np.inf, np.inf, 1.0, 1.0, 1.0])  # limits of a joint at rest
 
 
 class Nearing(NamedTuple):
-    """The contact that a motion comes to: its measure here and further on, which is the gap [m] of all things but those
-    that always are near each other, and its gap [m] in words."""
+    """The contact that a motion approaches: its measure here and ahead, and its gap [m].
+
+    The measure is the gap [m], scaled for pairs that are always near each other.
+    """
 
     now: float
     ahead: float
@@ -29,14 +31,14 @@ class Nearing(NamedTuple):
 
 
 class ContactAhead:
-    """Looks for contact in one room, by the bound of the search, which is certain: what it calls clear does not touch.
+    """Looks for contact in one room by the lower bound of the search, so what it calls clear does not touch.
 
     Parts of one wrist may always be some millimetres apart. So a pair whose usual gap is less than twice `contact_slow`
     is judged in proportion: it is near below half of its usual gap.
     """
 
     def __init__(self, arm: Arm, room: Room, thresholds: Thresholds, margin: float) -> None:
-        """margin: [m] of clearance that counts as none."""
+        """margin: [m] clearance that counts as contact."""
         self.room, self._margin = room, margin + CERTAIN
         slow, contacts = thresholds.contact_slow, len(room.levers)
         lower, upper = (np.clip(limit, -np.pi, np.pi) for limit in (arm.lower, arm.upper))
@@ -50,10 +52,9 @@ class ContactAhead:
         self._contact(self._margins, standing, np.tile(REST[:, None], arm.n), 1.0)  # compiles, or loads from the cache
 
     def nearing(self, q: np.ndarray, ahead: np.ndarray, step: float) -> Nearing | None:
-        """Return what a motion from q to `ahead` (n,), `step` [rad, m] of the joint that moves most, comes near to.
+        """Return the contact that a motion from q to `ahead` (n,) approaches; `step`: [rad, m] of the fastest joint.
 
-        None if nothing is near, or if what is near stays as near as it is. If things come nearer and others get further
-        apart, the former count.
+        None if nothing is near, or if the near gaps stay constant. Gaps that shrink count before gaps that grow.
         """
         here, there = gaps_of(self.room.packed, np.array([q, ahead]), self._within) - self._margin
         near = np.flatnonzero(np.isfinite(here))
@@ -69,10 +70,10 @@ class ContactAhead:
         return Nearing(float(measures[nearest]), float(measures[nearest] - np.max(falls * self._scale[near])), text)
 
     def fault(self, before: np.ndarray, state: np.ndarray, limits: np.ndarray, period: float) -> str:
-        """Say what a stop from a state touches, empty if it stays clear, or if the arm touches something and leaves it.
+        """Return in words what a stop from a state touches; empty if it stays clear or leaves an existing contact.
 
-        before: (n,) the command before. state: (3, n) the next one and its derivatives. limits: (5, n) as the limiter
-        has them. period: [s].
+        before: (n,) the last command. state: (3, n) the next one and its derivatives. limits: (5, n) those of the
+        limiter. period: [s].
         """
         contact = self._contact(self._margins, state, limits, period)
         if contact >= 0:
@@ -87,5 +88,5 @@ class ContactAhead:
         return int(contact_of_stop(room.packed, room.levers, margins, state, limits, period, self._where))
 
     def _leaves(self, before: np.ndarray, q: np.ndarray) -> bool:
-        """Whether q (n,) is no deeper in contact than the command before, by coal."""
+        """Return whether q (n,) is no deeper in contact than the last command, by coal."""
         return self.room.look(q).clearance >= self.room.look(before).clearance - DEEPER

@@ -1,17 +1,17 @@
-"""Goals that come one by one as a goal that moves: between two of them it goes on at their pace."""
+"""Separate goals as one moving goal: it moves from goal to goal at the rate at which they arrive."""
 
 from __future__ import annotations
 
 import numpy as np
 
-LONGEST_GAP = 0.2  # s between two goals of one stream; after more, the next one begins another
-SLACK = 1.25  # of the time between two goals, that is taken from one to the next, so that a late one finds it moving
-MEMORY = 0.8  # of the mean time between goals
+LONGEST_GAP = 0.2  # s between two goals of one stream; after a longer gap a new stream begins
+SLACK = 1.25  # duration of the motion to a goal over the mean time between goals, so that late goals cause no stop
+MEMORY = 0.8  # weight of the old mean time between goals
 ARRIVED = 1e-6  # rad, m
 
 
 class GoalStream:
-    """Goals (n,) [rad, m] from a start; one that is alone is there at once, for the limiter to move to."""
+    """Goals (n,) [rad, m] from a start; a goal that is not part of a stream is passed on at once, to the limiter."""
 
     def __init__(self, start: np.ndarray, velocity_limits: np.ndarray) -> None:
         self._last = self._from = start
@@ -38,7 +38,7 @@ class GoalStream:
 
     @property
     def alone(self) -> bool:
-        """Whether the last goal is no part of a stream."""
+        """Whether the last goal is not part of a stream."""
         return self._gap == 0.0
 
     def reached(self, q: np.ndarray) -> bool:

@@ -18,10 +18,10 @@ try:
 except ImportError:
     ruckig = None
 
-POSITION_MARGIN = 1e-9  # rad, m: what rounding takes must not lead beyond a limit
+POSITION_MARGIN = 1e-9  # rad, m: so that rounding does not lead beyond a limit
 DYNAMIC_MARGIN = 1e-6  # of the other limits: third differences of positions round to 1e-5 rad/s^3 at 1 kHz
 REST = np.array([[1e-7], [1e-5]])  # rad/s, rad/s^2: no motion
-FASTEST_TARGET = 0.999  # of a velocity limit: Ruckig needs some velocity to come nearer to a target that moves
+FASTEST_TARGET = 0.999  # of a velocity limit: Ruckig needs a margin to catch up with a target that moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Motion(NamedTuple):
 
     @classmethod
     def rest(cls, position: np.ndarray) -> Motion:
-        """Return no motion at all, at a position (n,) [rad, m]."""
+        """Return rest at a position (n,) [rad, m]."""
         return cls(position, *np.zeros((3, len(position))))
 
     def after(self, time: float) -> Motion:
@@ -63,9 +63,9 @@ class Motion(NamedTuple):
 
 
 class JerkLimiter:
-    """Moves commands from rest at `start` (n,) [rad, m] to where targets are, a period [s] at a time.
+    """Moves commands from rest at `start` (n,) [rad, m] to targets, one period [s] at a time.
 
-    A start outside the position limits is left inwards alone: it is the limit until the joint is back inside.
+    A joint that starts outside its position limits moves only inwards: its position is the limit until it is inside.
     """
 
     name = 'own'
@@ -83,7 +83,7 @@ class JerkLimiter:
 
     @property
     def motion(self) -> Motion:
-        """The last command and its derivatives, without a jerk."""
+        """The last command and its derivatives, with jerk 0."""
         position, velocity, acceleration = self._state.copy()
         return Motion(position, velocity, acceleration, np.zeros_like(position))
 
@@ -104,7 +104,7 @@ class JerkLimiter:
 
     @property
     def limits(self) -> np.ndarray:
-        """The limits as they are kept (5, n)."""
+        """The limits that are kept (5, n)."""
         return self._limits
 
     def take_back(self, state: np.ndarray) -> None:
@@ -118,11 +118,11 @@ class JerkLimiter:
 
     @property
     def time_to_rest(self) -> float:
-        """How long the shortest stop takes from here [s]."""
+        """Duration of the shortest stop from here [s]."""
         return time_to_rest(self._state, self._limits)
 
     def advance(self, target: Motion) -> np.ndarray:
-        """Return the next command (n,) [rad, m] on the way to a target, which is where it says now."""
+        """Return the next command (n,) [rad, m] towards a target, whose position is that of this moment."""
         limits = self._widened()
         outwards = ((target.position >= limits[1]) & (target.velocity > 0.0)) | (
             (target.position <= limits[0]) & (target.velocity < 0.0)
@@ -144,7 +144,7 @@ class JerkLimiter:
         advance(self._state, targets, limits, self.period)
 
     def _widened(self) -> np.ndarray:
-        """Return the limits, as wide as the joints stand outside of them."""
+        """Return the limits, widened to the joints that are outside."""
         limits = self._limits.copy()
         np.minimum(limits[0], self._state[0], out=limits[0])
         np.maximum(limits[1], self._state[0], out=limits[1])
@@ -152,7 +152,7 @@ class JerkLimiter:
 
 
 class RuckigLimiter(JerkLimiter):
-    """Asks Ruckig for each period, seen from the target; what Ruckig cannot plan, the own limiter does."""
+    """Plans each period by Ruckig, relative to the target; if Ruckig fails, the package's own limiter does it."""
 
     name = 'ruckig'
 
@@ -185,12 +185,12 @@ class RuckigLimiter(JerkLimiter):
         """Let Ruckig plan from the input to the output; return whether it could."""
         try:
             return self._ruckig.update(self._input, self._output) in (ruckig.Result.Working, ruckig.Result.Finished)
-        except (ruckig.RuckigError, ValueError):  # its result may have a number that it does not know itself
+        except (ruckig.RuckigError, ValueError):  # its result code may be one that its binding lacks
             return False
 
 
 class Unlimited(JerkLimiter):
-    """Goes where the target is at once, within the position limits alone."""
+    """Moves to the target at once, within the position limits only."""
 
     name = 'none'
 
@@ -201,13 +201,13 @@ class Unlimited(JerkLimiter):
         self._state[1] = (self._state[0] - before[0]) / self.period
 
     def halt(self) -> np.ndarray:
-        """Return the last command (n,) [rad, m]: where there is no limit, a stop takes no time."""
+        """Return the last command (n,) [rad, m]: without limits a stop takes no time."""
         self._state[1:] = 0.0
         return self.position
 
 
 def compile_limiter() -> None:
-    """Compile what the limiters call, or take it from the cache."""
+    """Compile what the limiters call, or load it from the cache."""
     limiter = JerkLimiter(MotionLimits(*np.array([[-1.0], [1.0], [1.0], [1.0], [1.0]])), 1.0, np.zeros(1))
     limiter.advance(Motion.rest(np.zeros(1)))
     limiter.halt()
@@ -216,6 +216,6 @@ def compile_limiter() -> None:
 
 
 def make_limiter(smoothing: str, limits: MotionLimits, period: float, start: np.ndarray) -> JerkLimiter:
-    """Return a limiter at rest; the own one instead of Ruckig if that is not installed, as its `name` says."""
+    """Return a limiter at rest; the package's own instead of Ruckig if that is not installed, as its `name` says."""
     kinds = {'none': Unlimited, 'own': JerkLimiter, 'ruckig': JerkLimiter if ruckig is None else RuckigLimiter}
     return kinds[smoothing](limits, period, start)

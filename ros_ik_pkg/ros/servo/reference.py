@@ -1,4 +1,4 @@
-"""A smooth motion after goals that come when they come: what the limiter follows."""
+"""A smooth motion towards goals that arrive at irregular times; the limiter follows it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from ros_ik_pkg.ros.servo.limiter import Motion
 
-STEPS = 2.0  # periods in a time constant, at least: a filter in steps would swing otherwise
+STEPS = 2.0  # smallest number of periods in a time constant; with fewer the discrete filter oscillates
 
 
 class Reference:
     """Follows goals, critically damped in the third order: no lag behind a constant velocity, no overshoot of a step.
 
-    Noise in the goals [rad, m] comes out as a jerk of noise / time_constant^3 at most.
+    Noise in the goals [rad, m] causes a jerk of at most noise / time_constant^3.
     """
 
     def __init__(self, start: Motion, period: float, time_constant: float) -> None:
@@ -20,7 +20,7 @@ class Reference:
         self._rate = 1.0 / max(time_constant, STEPS * period)
 
     def follow(self, position: np.ndarray, velocity: np.ndarray) -> Motion:
-        """Return the motion over the coming period towards a goal, which is where it says now; arrays (n,) [rad, m]."""
+        """Return the motion over the coming period towards a goal, given by its present position and velocity (n,)."""
         now, rate = self.motion, self._rate
         behind, slower = position - now.position, velocity - now.velocity
         jerk = rate * (rate * (rate * behind + 3.0 * slower) - 3.0 * now.acceleration)

@@ -1,4 +1,4 @@
-"""The servo: who has the arm, when it halts, and the next command. No threads and no messages."""
+"""The servo: which command controls the arm, when the arm halts, and the next command. No threads, no messages."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from ros_ik_pkg.ros.servo.reference import Reference
 from ros_ik_pkg.ros.servo.straight_move import StraightMove
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand, TwistFollower
 
-SETTLING = 0.5  # s at rest, after which a joint that is not where it was told to be has been moved by others
+SETTLING = 0.5  # s at rest, after which a joint that is not at its command has been moved by something else
 STANDING = Finding(1.0, Code.STANDING, 'stands and waits for commands')
 PAUSED = Finding(0.0, Code.PAUSED, 'paused; ~/pause lets it go on')
 
 
 class Owner(enum.Enum):
-    """Which kind of command has the arm."""
+    """The kind of command that controls the arm."""
 
     NOBODY = 'nobody'
     TWIST = 'twist'
@@ -32,10 +32,9 @@ class Owner(enum.Enum):
 
 
 class Servo:
-    """Commands for one arm, one per period: steady, smooth, and careful.
+    """Computes the commands for one arm, one per period, within all limits and rules of caution.
 
-    Times are of any steady clock [s]. Nothing moves before the first command, and after a pause nothing moves before
-    the next one.
+    Times are of any steady clock [s]. Nothing moves before the first command, nor after a pause before the next one.
     """
 
     def __init__(
@@ -48,7 +47,7 @@ class Servo:
         start: np.ndarray,
         contact: ContactAhead | None = None,
     ) -> None:
-        """start: (n,) where the joints are [rad, m]. contact: None if contact does not count."""
+        """start: (n,) joint positions [rad, m]. contact: None if contact does not count."""
         self.arm, self.settings, self.period = arm, settings, 1.0 / settings.command_rate
         self.limits = motion_limits(arm, settings, velocity_scale)
         self.finding, self.owner = STANDING, Owner.NOBODY
@@ -56,16 +55,16 @@ class Servo:
         self._command, self._commanded = TwistCommand(np.zeros(6)), -math.inf
         self._place(start)
         self.use(options)
-        self._joint_states_heard = math.inf  # until the first: then its time
+        self._joint_states_heard = math.inf  # time of the last one; inf before the first
         self._paused = self._closing = False
-        self._stopped = True  # a command takes over the arm again
-        self._rested = math.inf  # s: for how many periods the commands have stood still, not by a clock that runs on
+        self._stopped = True  # until a command takes control
+        self._rested = math.inf  # s: time that the commands have been at rest, counted in periods
         self._refused: Finding | None = None  # why the arm must stop before it goes on
 
     def use(self, options: SolveOptions, arm: Arm | None = None) -> None:
         """Solve with other options from now on, or with another tool on the arm; the motion goes on.
 
-        With another tool, the last twist is over: its axes may have been those of the tool.
+        With another tool the last twist ends, because its axes may have been those of the tool.
         """
         if arm is not None and not np.array_equal(arm.tip_from_tool, self.arm.tip_from_tool):
             self._commanded = -math.inf
@@ -77,7 +76,7 @@ class Servo:
         self._begin()
 
     def see(self, contact: ContactAhead | None) -> None:
-        """Stay clear of contact in another room from now on; None: contact does not count."""
+        """Avoid contact in another room from now on; None: contact does not count."""
         self._contact = self._caution.contact_ahead = contact
 
     @property
@@ -106,7 +105,7 @@ class Servo:
         return self._limiter.at_rest
 
     def twist(self, command: TwistCommand, now: float, joint_state: np.ndarray | None = None) -> None:
-        """Take a twist; joint_state (n,): where the joints are [rad, m], if that is known."""
+        """Take a twist; joint_state (n,): the joint positions [rad, m], if they are known."""
         if self._paused:
             return
         if self.owner is not Owner.TWIST or self._stopped:
@@ -114,7 +113,7 @@ class Servo:
         self._command, self._commanded = command, now
 
     def pose(self, q: np.ndarray, now: float, joint_state: np.ndarray | None = None) -> str:
-        """Take the joints (n,) of a target pose as the goal; return why not, else nothing."""
+        """Take the joints (n,) of a target pose as the goal; return why they are refused, or ''."""
         if self._paused:
             return PAUSED.sentence
         if self.owner is not Owner.POSE or self._stopped:
@@ -149,7 +148,7 @@ class Servo:
     def tick(self, now: float) -> np.ndarray:
         """Return the next command (n,) [rad, m].
 
-        Raises RuntimeError at one that a last look does not let through: it must not be published.
+        Raises RuntimeError if the command does not pass the final check: it must not be published.
         """
         before, halt = self._limiter.state, self._halt(now)
         self._rested = self._rested + self.period if self.at_rest else 0.0
@@ -157,7 +156,7 @@ class Servo:
         if smooth is not None:
             command = self._limiter.advance(smooth)
             halt = self._refused = self._contact_ahead(before[0])
-            if halt is not None:  # the stop from the state before stays clear: that is why it was let through
+            if halt is not None:  # the stop from the last state is known to be clear
                 self._limiter.take_back(before)
         if smooth is None or halt is not None:
             self.finding, self._stopped = halt or STANDING, True
@@ -168,9 +167,9 @@ class Servo:
         return command
 
     def _contact_ahead(self, before: np.ndarray) -> Finding | None:
-        """Say why the limiter must not go on from where it has come to from a command (n,): None if it may.
+        """Return why the step that the limiter made from a command (n,) must be taken back; None if it may stay.
 
-        It may if it can still stop clear of contact. So the stop is clear at any time, whatever is commanded.
+        It may stay if the arm can stop after it without contact. So a clear stop exists at any time.
         """
         if self._contact is None:
             return None
@@ -181,7 +180,7 @@ class Servo:
         return Finding(0.0, Code.HALTED_CONTACT, fault) if fault else None
 
     def _smooth(self, now: float) -> Motion | None:
-        """Return the motion over the period that the present owner of the arm wants; None for none."""
+        """Return the motion over the period that the command in control wants; None without one."""
         if self.owner is Owner.TWIST:
             motion, finding = self._follower.step(self._command)
             resting = self._follower.standing and not self._command.twist.any()
@@ -213,7 +212,7 @@ class Servo:
         return None
 
     def _take(self, owner: Owner, joint_state: np.ndarray | None) -> None:
-        """Give the arm to one kind of command; a motion goes on from where it is."""
+        """Give control to one kind of command; a motion continues from its present state."""
         self.owner, self._stopped = owner, False
         if joint_state is not None and self.at_rest and self._rested > SETTLING:
             off = np.abs(joint_state - self.position).max()
@@ -226,7 +225,7 @@ class Servo:
         self._limiter: JerkLimiter = make_limiter(self.settings.smoothing, self.limits, self.period, q)
 
     def _begin(self) -> None:
-        """Let what follows commands begin where the commands are."""
+        """Let the followers of commands begin at the last command."""
         motion = self._limiter.motion
         self._follower.start(motion.position, motion.velocity)
         constant = self.settings.response_time if self.owner is Owner.POSE else 0.0
@@ -235,7 +234,7 @@ class Servo:
 
 
 def motion_limits(arm: Arm, settings: ServoSettings, velocity_scale: float) -> MotionLimits:
-    """Return the limits of the stream: those of the arm, or those of the settings for joints that have none."""
+    """Return the limits of the stream: those of the arm, and those of the settings for joints without."""
 
     def known(limits: np.ndarray, otherwise: float) -> np.ndarray:
         return np.where(np.isfinite(limits), limits, otherwise)

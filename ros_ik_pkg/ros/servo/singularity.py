@@ -1,4 +1,4 @@
-"""Names of singularities, from the axes of the joints: what a person sees of an arm that can hardly move one way."""
+"""Names of singularities, such as a stretched elbow, from the axes of the joints."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from collections.abc import Sequence
 
 import numpy as np
 
-TAKES_PART = 0.15  # of the fastest joint of the motion that hardly moves the tip
+TAKES_PART = 0.15  # of the speed of the fastest joint in the motion that hardly moves the tip
 PARALLEL = 0.25  # sine of the angle between two axes that count as parallel
 MAINLY = 0.5  # as above, for the last joint of a wrist
-APART = 0.1  # m between two axes that can be an upper arm
-ALONG = 0.5  # cosine of the angle between the direction that is lost and the one that names it
+APART = 0.1  # m; shortest upper arm between two axes
+ALONG = 0.5  # cosine of the angle between the lost direction and the one that names the singularity
 OTHERWISE = 'nearly singular'
 
 
 def name_singularity(
     jacobian: np.ndarray, joint_motion: np.ndarray, lost: np.ndarray, names: Sequence[str]
 ) -> str:
-    """Return what makes an arm nearly singular: 'too far: elbow is nearly stretched' or its like.
+    """Return in words why an arm is nearly singular, such as 'too far: elbow is nearly stretched'.
 
-    jacobian: (6, n) geometric. joint_motion: (n,) that hardly moves the tip. lost: (6,) twist that hardly any motion of
-    the joints makes. All in base axes. Wrists are told by their outer axes; elbows and shoulders by the direction that
-    is lost, along the upper arm or across the plane of the arm. Other arms are `OTHERWISE`.
+    jacobian: (6, n) geometric. joint_motion: (n,) that hardly moves the tip. lost: (6,) twist that needs the fastest
+    joints. All in base axes. Wrists are recognised by their outer axes; elbows and shoulders by the lost direction,
+    along the upper arm or across the plane of the arm. Other arms are `OTHERWISE`.
     """
     turning = np.flatnonzero(np.linalg.norm(jacobian[3:], axis=0) > 0.5)
     names = [names[i] for i in turning]
     axes = jacobian[3:, turning].T / np.linalg.norm(jacobian[3:, turning], axis=0)[:, None]
-    # The point of each axis that is nearest to the tip, seen from there: velocity = axis x (tip - point).
+    # The point of each axis that is nearest to the tip, relative to the tip: velocity = axis x (tip - point).
     points = np.cross(axes, jacobian[:3, turning].T)
     motion = np.abs(joint_motion[turning]) / np.abs(joint_motion).max()
     parallel = 1.0 - (axes @ axes.T) ** 2 < PARALLEL**2
@@ -50,7 +50,7 @@ def name_singularity(
 
 
 def _between(one: np.ndarray, other: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Return the way (3,) from one point to another, across an axis."""
+    """Return the vector (3,) from one point to another, perpendicular to an axis."""
     way = other - one
     return way - (way @ axis) * axis
 

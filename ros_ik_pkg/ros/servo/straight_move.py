@@ -1,4 +1,4 @@
-"""A move to one goal with all joints in step: they leave and arrive together, on a straight line between both."""
+"""A move to one goal on a straight line in joint space: all joints leave and arrive together."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from ros_ik_pkg.ros.servo.limiter import JerkLimiter, Motion, MotionLimits
 
 TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
 GENTLE = 0.75  # of acceleration and jerk: targets that need more are not followed exactly
-STILL = 1e-9  # rad, m: joints that do not move
+STILL = 1e-9  # rad, m: a joint with a shorter move does not move
 
 
 class StraightMove:
-    """From rest at `start` (n,) to rest at `goal` (n,) [rad, m], as fast as the limits of all joints allow together."""
+    """Moves from rest at `start` (n,) to rest at `goal` (n,) [rad, m], as fast as the limits of all joints allow."""
 
     def __init__(self, start: np.ndarray, goal: np.ndarray, limits: MotionLimits, period: float) -> None:
         self._start, self._way, self._period = start, goal - start, period

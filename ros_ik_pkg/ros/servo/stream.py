@@ -1,4 +1,4 @@
-"""The stream of commands: a thread that asks the servo for one command a period, and the commands that come in."""
+"""The stream of commands: a thread that asks the servo for one command per period, and the input of commands."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ Publish = Callable[[Arm, Motion, float], None]
 
 
 class State(NamedTuple):
-    """What ~/servo_status says of one moment."""
+    """The content of ~/servo_status at one moment."""
 
     finding: Finding
     owner: str
     smoothing: str
     motion: Motion | None
-    late: int  # periods that passed without a command since the last look
+    late: int  # periods without a command since the last call
 
 
 class Stream:
@@ -102,7 +102,7 @@ class Stream:
             servo.twist(command, time.monotonic(), joint_state)
 
     def on_pose(self, arm: Arm, q: np.ndarray) -> str:
-        """Take the joints (n,) of a target pose as the goal; return why not, else nothing."""
+        """Take the joints (n,) of a target pose as the goal; return why they are refused, or ''."""
         try:
             joint_state = self._joint_state(arm)
             servo = self._running(arm)
@@ -113,7 +113,7 @@ class Stream:
             return servo.pose(q, time.monotonic(), joint_state)
 
     def look_around(self) -> None:
-        """Let the arm stay clear of what is in the room now; in a room that cannot be, commands are refused."""
+        """Avoid contact in the present room; if the arm touches it in every configuration, commands are refused."""
         if not self.on or self._arm is None:
             return
         try:
@@ -129,13 +129,13 @@ class Stream:
                 self._servo.see(contact)
 
     def on_joint_state(self, message: JointState) -> None:
-        """Note that the joints of the arm were heard of."""
+        """Note that joint states of the arm have arrived."""
         with self._lock:
             if self._servo is not None and not self._servo.joint_names.isdisjoint(message.name):
                 self._servo.hear_joint_states(time.monotonic())
 
     def pause(self, paused: bool) -> str:
-        """Halt the arm, or let it take commands again; return what that does."""
+        """Halt the arm, or let it take commands again; return the effect in words."""
         with self._lock:
             self._paused = paused
             if self._servo is not None:
@@ -143,7 +143,7 @@ class Stream:
         return 'the arm halts and takes no commands' if paused else 'the next command moves the arm'
 
     def look(self) -> State:
-        """Return what there is to say of the servo."""
+        """Return the state of the servo."""
         with self._lock:
             late, self._late = self._late, 0
             if self._servo is None:
@@ -169,14 +169,14 @@ class Stream:
             self._refusal = why
 
     def _joint_state(self, arm: Arm) -> np.ndarray | None:
-        """Return where the joints are (n,); None where seeds do not come from joint states. Refuses unknown ones."""
+        """Return the joint positions (n,); None if seeds do not come from joint states. Refuses unknown ones."""
         if self._settings.seed_source != 'joint_states' or self._handler.joint_states.empty:
             return None
         return self._handler.joint_states.seed(arm.joint_names)
 
     def _running(self, arm: Arm) -> Servo:
-        """Return the servo, made at the first command: from where the joints were told to be, else from where they
-        are."""
+        """Return the servo, made at the first command: it starts at the last command, or else at the joint
+        positions."""
         settings, contact = self._settings, self._ahead(arm)
         with self._lock:
             if self._servo is not None:
@@ -198,8 +198,8 @@ class Stream:
         return servo
 
     def _ahead(self, arm: Arm) -> ContactAhead | None:
-        """Return what looks for contact in the room of this moment; None if contact does not count. Refuses a room in
-        which the arm touches something wherever it is."""
+        """Return the look-ahead for contact in the present room; None if contact does not count. Refuses a room in
+        which the arm touches something in every configuration."""
         try:
             world, notes = self._handler.surroundings.world(arm, self._settings)
             room = None if world is None else arm.contacts.room(world)
@@ -228,7 +228,7 @@ class Stream:
             self._servo = self._thread = None
 
     def _run(self, servo: Servo) -> None:
-        """Publish a command each period until the end, and then until the arm is at rest."""
+        """Publish a command each period until the stream ends and the arm is at rest."""
         due = time.monotonic()
         while not (self._end.is_set() and servo.at_rest):
             try:
@@ -242,7 +242,7 @@ class Stream:
                     return
             due += servo.period
             behind = time.monotonic() - due
-            if behind > 0.0:  # a command that is late puts off the next ones: two at once would be a leap
+            if behind > 0.0:  # a late command delays the next ones: two at once would be a jump
                 with self._lock:
                     self._late += 1 + int(behind / servo.period)
                 due += behind
@@ -251,5 +251,5 @@ class Stream:
 
 
 def _stream_of(settings: Settings) -> tuple:
-    """Return the settings that a stream is made with."""
+    """Return the settings that a new stream depends on."""
     return settings.servo, settings.thresholds, settings.velocity_scale, settings.seed_source

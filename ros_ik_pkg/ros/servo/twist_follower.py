@@ -1,7 +1,7 @@
 """From a twist of the tip to joint positions: a pose that moves with the twist, and the joints that follow it.
 
-The pose moves from where it was, not from where the joints are, so the tip stays on its line. If the joints cannot
-follow, the pose waits: the motion stops as a whole instead of going on without the joint that is blocked.
+The pose moves on from the last pose, not from that of the joints, so the tip stays on its line. If the joints cannot
+follow, the pose waits: the whole motion stops instead of continuing without the blocked joint.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from ros_ik_pkg.ros.servo.caution import UNNOTICED, Caution, posture
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding
 from ros_ik_pkg.ros.servo.limiter import Motion, MotionLimits
 
-TOLERANCE = 1e-8  # m, rad: what is left of each solve would be noise in velocity and jerk
-STILL = 1e-6  # rad/s, m/s: where a motion that ends has ended
+TOLERANCE = 1e-8  # m, rad: the error of each solve is noise in velocity and jerk
+STILL = 1e-6  # rad/s, m/s: speed at which a motion has ended
 SHARE = 0.5  # of acceleration and jerk for a change of the twist; the rest is for the curves of the joints
-QUICKEST = 0.5  # of a period: the least time constant of a change of the twist
-MOST_HELD_BACK = 0.7  # share of the twist that the rules let through, below which the twist itself is cut
-GENTLENESS = 6.0  # the power of a mean that follows the smaller of two speeds without a kink
-STANDSTILL = 0.005  # share of the commanded twist that is left, below which the arm counts as halted
+QUICKEST = 0.5  # of a period: the smallest time constant of a change of the twist
+MOST_HELD_BACK = 0.7  # allowed share of the twist below which the twist itself is reduced
+GENTLENESS = 6.0  # power of the mean that approximates the smaller of two speeds without a kink
+STANDSTILL = 0.005  # share of the commanded twist below which the arm counts as halted
 PEAK = 1.0 / math.e  # of rate * change: the greatest acceleration of a critically damped change
 
 
 class TwistCommand(NamedTuple):
-    """Velocity of the tip: `twist` (6,) is its linear [m/s] and angular [rad/s] velocity in axes `base_from_axes`
+    """Velocity of the tip: `twist` (6,) is its linear [m/s] and angular [rad/s] velocity in the axes `base_from_axes`
     (3, 3), or in those of the tip if that is None."""
 
     twist: np.ndarray
@@ -39,7 +39,7 @@ class TwistCommand(NamedTuple):
 
 
 class TwistFollower:
-    """Follows twists from a start, a period at a time."""
+    """Follows twists from a start, one period at a time."""
 
     def __init__(
         self,
@@ -50,7 +50,7 @@ class TwistFollower:
         period: float,
         blocked: str = STOP,
     ) -> None:
-        """blocked: whether the motion stops as a whole if the joints cannot follow, or goes on with those that can."""
+        """blocked: whether the whole motion stops if the joints cannot follow, or goes on with those that can."""
         self._arm, self._limits, self._caution, self._period, self._blocked = arm, limits, caution, period, blocked
         self._weights = np.array(options.task_weights)
         self._in_tip_axes = options.task_frame == 'tip'
@@ -84,7 +84,7 @@ class TwistFollower:
         return not self._twist.any()
 
     def step(self, command: TwistCommand) -> tuple[Motion, Finding]:
-        """Follow a command for a period; return the motion of the joints over it, and what the rules say."""
+        """Follow a command for a period; return the motion of the joints over it, and the finding of the rules."""
         wanted, rows = self._in_base_axes(command), self._rows()
         here = posture(self._arm, self.goal.position, rows)
         before = self._moving
@@ -109,9 +109,9 @@ class TwistFollower:
         return task_from_base[self._weights > 0.0]
 
     def _shape(self, wanted: np.ndarray, joints_from_twist: np.ndarray) -> None:
-        """Change the twist towards the one that is wanted, as quickly as all joints can.
+        """Change the twist towards the wanted one, as quickly as all joints can.
 
-        The six components change alike, critically damped, so the direction of a twist is kept from start to stop.
+        All six components change alike, critically damped, so a twist keeps its direction from start to stop.
         """
         gap = self._twist - wanted
         joints = np.abs(joints_from_twist @ gap)
@@ -128,9 +128,9 @@ class TwistFollower:
             self._rest()
 
     def _slow(self, finding: Finding, wanted: np.ndarray) -> Finding:
-        """Slow the twist to what a finding lets through, gently from a little before; return what became of it.
+        """Slow the twist to the share that a finding allows, without a kink; return the finding to report.
 
-        What is held back does not pile up: when the rules let go, the twist goes on from where it is.
+        What is held back does not accumulate: when the rules allow more, the twist grows from its present value.
         """
         excess = min(finding.share / MOST_HELD_BACK, 1.0)
         self._twist, self._change = excess * self._twist, excess * self._change
@@ -142,11 +142,11 @@ class TwistFollower:
         return finding._replace(share=left, code=finding.code.at_standstill if left < STANDSTILL else finding.code)
 
     def _solve(self, twist: np.ndarray, joints_from_twist: np.ndarray) -> tuple[np.ndarray, str]:
-        """Move the goal by a twist (6,); return its joints (n,), and why it stays where it is, else nothing."""
+        """Move the goal by a twist (6,); return its joints (n,), and why it does not move, or ''."""
         q = self.goal.position
         if not twist.any():
             return q, ''
-        if self._arm.n < np.count_nonzero(self._weights):  # too few joints for all of a twist: the nearest motion
+        if self._arm.n < np.count_nonzero(self._weights):  # too few joints for the whole twist: take the nearest motion
             return self._nearest(q + joints_from_twist @ twist * self._period)
         pose = self._moved(twist)
         try:
@@ -161,7 +161,7 @@ class TwistFollower:
         return q, fault if solution.converged else solution.status.text
 
     def _nearest(self, q: np.ndarray) -> tuple[np.ndarray, str]:
-        """Take q (n,) within the limits as the goal, wherever it brings the tip."""
+        """Take q (n,), clipped to the limits, as the goal, whatever pose of the tip that is."""
         q = np.clip(q, self._arm.lower, self._arm.upper) if self._checked.respect_limits else q
         if fault := fault_of_command(q, self._arm, self._checked):
             return self.goal.position, fault
@@ -176,7 +176,7 @@ class TwistFollower:
         return pose
 
     def _without_drift(self, pose: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """Return the pose with the rows that the task leaves free as the joints q (n,) have them."""
+        """Return the pose, with the rows that the task leaves free replaced by those at q (n,)."""
         if np.all(self._weights > 0.0):
             return pose
         reached = self._arm.forward(q)
@@ -190,12 +190,12 @@ class TwistFollower:
 
 
 def _share_of(twist: np.ndarray, wanted: np.ndarray) -> float:
-    """Return how much of the wanted twist (6,) another one (6,) is, from 0 to 1."""
+    """Return the share, from 0 to 1, of the wanted twist (6,) that another one (6,) has."""
     return min(float(np.linalg.norm(twist) / max(np.linalg.norm(wanted), 1e-12)), 1.0)
 
 
 def _orthogonal(rotation: np.ndarray) -> np.ndarray:
-    """Return a rotation (3, 3) without the rounding of many products."""
+    """Return the rotation (3, 3) nearest to a product of many rotations."""
     quaternion = pin.SE3ToXYZQUAT(pin.SE3(rotation, np.zeros(3)))
     quaternion[3:] /= np.linalg.norm(quaternion[3:])
     return pin.XYZQUATToSE3(quaternion).rotation

@@ -1,4 +1,4 @@
-"""Twists as they come in: numbers, stamp and frame."""
+"""Reads twist messages: numbers, stamp and frame."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand
 
-FASTEST = 1e3  # m/s, rad/s; no arm is meant by more
+FASTEST = 1e3  # m/s, rad/s; more is certainly an error
 
 
 def command_of(message: TwistStamped, arm: Arm, handler: TargetHandler, timeout: float) -> TwistCommand:
-    """Return the command in a message; refuse numbers, stamps and frames that cannot be meant.
+    """Return the command in a message; refuse invalid numbers, stamps and frames.
 
-    The twist is that of the origin of the tool, without one of the tip, in the axes of frame_id: the base frame if that
-    is empty, the axes of tool or tip as they turn, any frame of the robot, or of TF. A stamp of 0 is now.
+    The twist is that of the origin of the tool, or of the tip without a tool, in the axes of frame_id: the base frame
+    if it is empty, the turning axes of tool or tip, or any frame of the robot or of TF. A stamp of 0 means now.
     """
     linear, angular = message.twist.linear, message.twist.angular
     twist = np.array([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z])
@@ -31,5 +31,5 @@ def command_of(message: TwistStamped, arm: Arm, handler: TargetHandler, timeout:
     if frame == arm.tip_frame:
         return TwistCommand((twist.reshape(2, 3) @ arm.tip_from_tool[:3, :3]).ravel())
     base_from_frame, _ = handler.base_from_frame(frame, stamp, arm)
-    assert base_from_frame is not None  # it waits for none
+    assert base_from_frame is not None  # it does not wait for a transform
     return TwistCommand(twist, base_from_frame[:3, :3])

@@ -42,8 +42,8 @@ def test_one_compiled_solve_serves_every_arm_option_and_form_of_a_call():
         solve(arm, np.asfortranarray(target), tuple(arm.home), SolveOptions(joint_weights=(1,) * arm.n))
         solve_batch(arm, np.broadcast_to(target, (3, 4, 4)), fixed, workers=2)
         solve_batch(arm, [target] * 2, np.tile(arm.home, (2, 1)), references=arm.home, workers=1)
-    assert len(solve_range.signatures) == 1
-    assert len(solve_one.signatures) == 1
+    assert len(solve_range.compiled.signatures) == 1
+    assert len(solve_one.compiled.signatures) == 1
 
 
 def test_one_compiled_kinematics_serves_every_form_of_a_configuration():
@@ -101,17 +101,17 @@ def types_of(*values):
     return [numba.typeof(value) for value in values]
 
 
-def test_a_door_is_compiled_once_and_turns_other_types_away():
-    @compiled.door(numba.types.float64, types_of(np.zeros(1), np.zeros((1, 1))))
+def test_an_entry_point_is_compiled_once_and_refuses_other_types():
+    @compiled.entry_point(numba.types.float64, types_of(np.zeros(1), np.zeros((1, 1))))
     def corner(vector, matrix):
         return vector[0] + matrix[0, 0]
 
-    assert corner.signatures == []
+    assert corner.compiled.signatures == []
     for wrong in (np.zeros(1), np.zeros((1, 1), np.float32), np.zeros((2, 2)).T, [[0.0]]):
         with pytest.raises(TypeError):  # at the first call too
             corner(np.zeros(1), wrong)
     assert corner(np.array([1.0]), np.array([[2.0]])) == 3.0
-    assert len(corner.signatures) == 1
+    assert len(corner.compiled.signatures) == 1
 
 
 @pytest.mark.parametrize('variable', ['NUMBA_CACHE_DIR', 'XDG_CACHE_HOME', 'HOME'])
