@@ -1,4 +1,4 @@
-"""Last commanded joint positions, by joint name; they survive reloading the arm, also with other frames."""
+"""The last commanded joint positions, by joint name; they are kept if the arm is reloaded, even with other frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From an answer to what is published: the solution, a step towards it, the closest approach, or nothing."""
+"""The command for a result: the solution, a step towards it, the closest approach, or nothing."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ros_ik_pkg.ros.handling.result import CLOSEST, INTERNAL_ERROR, SOLUTION, SO
 from ros_ik_pkg.ros.handling.velocity_limiting import StepError, StepTimer, limited_step, reach_of_step
 from ros_ik_pkg.ros.interface.parameters import Settings
 
-# Failures after which nothing is published even with out_of_reach: closest. After a step that was not finite nothing
-# about the solve is to be trusted, and answers beyond max_joint_jump, or that touch, are there, but not wanted.
+# Failures after which nothing is published, even with out_of_reach: closest. After a non-finite step the solve cannot
+# be trusted, and solutions beyond max_joint_jump or in contact exist but are not wanted.
 HELD = frozenset({Status.NOT_FINITE.label, Status.JOINT_JUMP.label, Status.COLLISION.label, INTERNAL_ERROR})
 
 
 class Commands:
-    """Gives answers their commands, and remembers the last: `last` (n,) [rad, m], None if there was none."""
+    """Adds commands to results, and remembers the last one: `last` (n,) [rad, m], None if there was none."""
 
     def __init__(self, clock: ROSClock) -> None:
         self.last: np.ndarray | None = None
@@ -30,14 +30,14 @@ class Commands:
         self._timer = StepTimer(clock)
 
     def take_over(self, settings: Settings, arm: Arm | None) -> None:
-        """Keep to these settings and this arm from the next answer on."""
+        """Use these settings and this arm from the next result on."""
         if arm is None or not arm.same_robot(self._arm):
             self._change_arm(arm)
         if arm is not None:
             self._velocity_limits = settings.velocity_scale * arm.velocity_limits
 
     def _change_arm(self, arm: Arm | None) -> None:
-        """Go on from where the joints were told to be: the robot does not move because it is loaded again."""
+        """Keep the last commanded positions: reloading the robot does not move it."""
         if self._arm is not None and self.last is not None:
             self._memory.keep(self._arm, self.last)
         self._arm = arm
@@ -46,10 +46,10 @@ class Commands:
             self._timer.restart()
 
     def complete(self, result: Result, start: np.ndarray, reference: np.ndarray, settings: Settings) -> None:
-        """Give the answer its command, if it has one, and notes on that.
+        """Add the command, if there is one, and notes about it to a result.
 
-        start: (n,) where the joints are [rad, m], from which a step counts. reference: (n,) from which
-        max_joint_jump counts.
+        start: (n,) joint positions [rad, m] from which a step is measured. reference: (n,) from which
+        max_joint_jump is measured.
         """
         try:
             command, notes = self._command(result, start, reference, settings)
@@ -59,11 +59,11 @@ class Commands:
         result.notes += notes
         if command is None:
             return
-        # The solution itself has passed already.
+        # The solution itself has been checked already.
         if command.errors and (fault := fault_of_command(command.q, result.arm, settings.options)):
-            result.fail(INTERNAL_ERROR, f'internal error: a command did not pass the last check, {fault}')
+            result.fail(INTERNAL_ERROR, f'internal error: a command did not pass the final check, {fault}')
             return
-        # So has its contact, if nothing but itself is published.
+        # So has its contact, if it is published without a step.
         if (command.errors or settings.check_motion) and (contact := contact_of(
                 command.q, start, result.room, settings.options, settings.check_motion)):
             result.fail(Status.COLLISION.label, f'not published: {contact}')
@@ -76,7 +76,7 @@ class Commands:
     def _command(
         self, result: Result, start: np.ndarray, reference: np.ndarray, settings: Settings
     ) -> tuple[Command | None, tuple[str, ...]]:
-        """Return what goes out, None for nothing, and notes."""
+        """Return the command, or None, and notes."""
         if result.outcome == SOLVED:
             return self._towards(result.solution.q, SOLUTION, result, start, settings)
         if settings.out_of_reach != CLOSEST or result.status in HELD:
@@ -90,7 +90,7 @@ class Commands:
     def _towards(
         self, goal: np.ndarray, published: str, result: Result, start: np.ndarray, settings: Settings
     ) -> tuple[Command, tuple[str, ...]]:
-        """Return the command that leads from start to goal (n,), as far as velocity_limiting lets it go."""
+        """Return the command that leads from start towards goal (n,), as far as velocity_limiting allows."""
         limits = self._velocity_limits
         q, step_time, fraction, notes = goal, None, None, ()
         if settings.velocity_limiting != 'none':
@@ -108,13 +108,13 @@ class Commands:
 
 
 def closest_approach(result: Result, start: np.ndarray, settings: Settings) -> np.ndarray:
-    """Return how near the joints come from where they are (n,); the search looks everywhere, at other postures too."""
+    """Return the closest approach (n,) by a descent from `start`; that of a search may be in another posture."""
     options = replace(settings.options, max_attempts=0, choice='first', avoid_collisions=False)
     return solve(result.arm, result.base_from_target, start, options).q
 
 
 def _bounds(result: Result, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
-    """Return the joint limits (n,) that a command must keep."""
+    """Return the joint limits (n,) of commands."""
     if settings.options.respect_limits:
         return result.arm.lower, result.arm.upper
     return np.full(result.arm.n, -np.inf), np.full(result.arm.n, np.inf)

@@ -14,7 +14,7 @@ from ros_ik_pkg.ik import Arm, Contact, SolveOptions
 from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ik.search.final_check import ROUNDING, passes
 
-MOTION_STEP = 0.02  # rad or m of the joint that moves most, between two checks along a motion
+MOTION_STEP = 0.02  # rad or m of the joint that moves most, between two configurations that are checked
 
 
 def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions) -> str:
@@ -27,7 +27,7 @@ def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions)
 
 
 def fault_of_pose(base_from_tip: np.ndarray, target: np.ndarray, options: SolveOptions) -> str:
-    """Say how far the tip (4, 4) is off its target (4, 4), both in the same frame; empty if within the tolerances."""
+    """Return in words how far the tip (4, 4) is off its target (4, 4) in the same frame; empty if within tolerance."""
     position_error, orientation_error = errors_between(base_from_tip, target, options)
     if not position_error <= options.position_tolerance + ROUNDING:
         return f'the tip is {position_error:.3g} m off'
@@ -51,10 +51,10 @@ def fault_of_command(q: np.ndarray, arm: Arm, options: SolveOptions) -> str:
 def contact_of(
     q: np.ndarray, start: np.ndarray | None, room: Room | None, options: SolveOptions, whole_motion: bool = False
 ) -> str:
-    """Return what touches at q (n,), or on the straight line of the joints from `start` to q if `whole_motion` is set;
-    empty if nothing does. Computed by coal, which shares no code with the search.
+    """Return in words what touches at q (n,), or with `whole_motion` on the straight line in joint space from `start`
+    to q; empty if nothing does. Computed by coal, which shares no code with the search.
 
-    An arm that touches something at `start` may go where it touches less.
+    An arm that touches something at `start` may move to where the contact is less deep.
     """
     if room is None:
         return ''

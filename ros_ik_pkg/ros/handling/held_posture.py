@@ -1,6 +1,6 @@
-"""What null_space: posture holds where the parameter posture is empty: the configuration of the first seed.
+"""The posture for null_space: posture if the parameter posture is empty: the configuration of the first seed.
 
-Would each solve hold its own seed, joints that start from the last solution would drift along a closed path.
+If each solve held its own seed, joints that start from the last solution would drift along a closed path.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class HeldPosture:
         self._arm: Arm | None = None
 
     def take_over(self, settings: Settings, arm: Arm | None) -> Settings:
-        """Return the settings with the posture that is held, where it is held still."""
+        """Return the settings with the held posture, if it is still held."""
         options = settings.options
         wanted = options.null_space == 'posture' and not options.posture
         if not wanted or arm is None or not arm.same_robot(self._arm):
@@ -32,7 +32,7 @@ class HeldPosture:
         return _with_posture(settings, self._posture) if self._posture else settings
 
     def hold(self, settings: Settings, seed: np.ndarray) -> Settings:
-        """Return the settings with the seed (n,) [rad, m] as posture; a seed beyond all sense is not held."""
+        """Return the settings with the seed (n,) [rad, m] as posture, unless the seed is absurd."""
         try:
             held = _with_posture(settings, tuple(seed.tolist()))
         except OptionError:

@@ -1,4 +1,4 @@
-"""Joint states that contradict each other: between two of them a joint moves faster than it can."""
+"""Detects joint states that contradict each other: between two of them a joint moves faster than it can."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ros_ik_pkg.ros.input.joint_states import JointStates
 from ros_ik_pkg.ros.input.refusal import RefusedError
 
 MARGIN = 1.2  # of the velocity limit: drives overshoot it a little
-JITTER = 0.02  # s between two messages that their arrival does not show
+JITTER = 0.02  # s, error of the time between two arrivals
 DOUBT_TIME = 1.0  # s after a contradiction in which no joint state is believed
 
 
@@ -23,9 +23,9 @@ class DoubtedError(RefusedError):
 class JointStateCheck:
     """Gives joint states for limited steps, unless they contradict each other.
 
-    The usual reason is a second publisher, such as a joint_state_publisher with its zeros beside the
-    joint_state_broadcaster. Which of the two is right cannot be known here, so neither is believed until DOUBT_TIME
-    passes without a contradiction.
+    The usual reason is a second publisher, such as a joint_state_publisher that sends zeros beside the
+    joint_state_broadcaster. The node cannot know which is right, so it believes neither until DOUBT_TIME passes
+    without a contradiction.
     """
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class JointStateCheck:
         return q
 
     def take_doubts(self) -> tuple[int, str]:
-        """Return how many targets met joint states in doubt since the last call, and why the last one did."""
+        """Return how many targets met doubted joint states since the last call, and the last reason."""
         count, self._count = self._count, 0
         return count, self._reason
 
@@ -56,7 +56,7 @@ class JointStateCheck:
         """Begin to doubt if a joint has moved from `last` to q (n,) faster than it can."""
         both_stamped = (moments[:, 1] > 0.0) & (last_moments[:, 1] > 0.0)
         between = moments - last_moments
-        # The longer of the two: arrivals may bunch up, and stamps may be of a simulation that runs faster than time.
+        # The longer time counts: arrivals may bunch up, and a simulation may run faster than real time.
         elapsed = np.maximum(between[:, 0], np.where(both_stamped, between[:, 1], 0.0))
         moved = np.abs(q - last)
         turns = np.isinf(self._arm.upper - self._arm.lower)  # many drivers report those within one turn

@@ -1,4 +1,4 @@
-"""The last check of a motion before it is published, separate from the solver: tolerance, line, and every limit."""
+"""The final check of a motion before it is published, independent of the solver: tolerance, line, and every limit."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ros_ik_pkg.ik.path.motion import motion_limits
 from ros_ik_pkg.ik.path.waypoints import rotation_vectors, rotations_of
 from ros_ik_pkg.ros.handling.final_check import contact_of, fault_of
 
-PARTS = 10  # of each interval, at whose ends limits are checked
+PARTS = 10  # of each interval; limits are checked at their ends
 PLACES = (2, 5, 8)  # parts at whose ends the tip is compared with its line
 SLACK = 1.0 + 1e-6  # rounding
-CHUNK = 2000  # intervals that are checked together
-SHORT = 1e-9  # m: between such poses the tip only turns
+CHUNK = 2000  # intervals that are checked at once
+SHORT = 1e-9  # m: between poses that are nearer, the tip only turns
 
 
 def fault_of_motion(
@@ -39,7 +39,7 @@ def fault_of_motion(
 def _fault_between(
     solution: PathSolution, rows: slice, arm: Arm, options: SolveOptions, path: PathOptions
 ) -> str:
-    """Return what is wrong between the points, at which a joint trajectory controller follows quintic polynomials."""
+    """Return what is wrong between the points, where a joint trajectory controller follows quintic polynomials."""
     positions = _on_grid(solution, rows, 0)
     q, v, a = (grid.reshape(-1, arm.n) for grid in (positions, *(_on_grid(solution, rows, order) for order in (1, 2))))
     if not (np.isfinite(q).all() and np.isfinite(v).all() and np.isfinite(a).all()):
@@ -68,8 +68,10 @@ def _fault_between(
 def _errors_from_line(
     tips: np.ndarray, start: np.ndarray, end: np.ndarray, options: SolveOptions
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far each tip (N, 4, 4) is from the line between two poses, in the rows of the task and beyond their
-    tolerances, (N,) each [m, rad]: from the place on the line that is nearest to it in the rows of the task."""
+    """Return the distance of each tip (N, 4, 4) from the line between two poses, (N,) each [m, rad].
+
+    It is measured to the nearest place on the line, in the rows of the task and beyond their tolerances.
+    """
     weights, tolerances = np.reshape(options.task_weights, (2, 1, 3)), np.reshape(options.task_tolerances, (2, 1, 3))
 
     def rows_of(vectors: np.ndarray, pose: np.ndarray) -> np.ndarray:

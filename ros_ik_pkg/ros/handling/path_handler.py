@@ -1,4 +1,4 @@
-"""One path to one result: poses in the base frame, where the joints are, solve, check."""
+"""From one path to one result: poses in the base frame, joint positions, solve, final check."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PARTIAL = 'partial'
 
 @dataclass(frozen=True)
 class PathJob:
-    """A path with all that its solve depends on, as it was when the path arrived.
+    """A path with everything that its solve depends on, at the time when the path arrived.
 
     arm: with the share of its velocity limits that velocity_scale leaves; source: the node's own. poses: (N, 4, 4) in
     the base frame [m].
@@ -69,7 +69,7 @@ class PathResult:
 
 
 def read_path(message: Path, handler: TargetHandler) -> PathJob | PathResult:
-    """Return what is to be solved, or why the path is refused."""
+    """Return the job, or the result with the reason why the path is refused."""
     try:
         source = arm = handler.require_arm()
         poses = np.array([_base_from_pose(message, k, handler) for k in range(len(message.poses))]).reshape(-1, 4, 4)
@@ -78,7 +78,7 @@ def read_path(message: Path, handler: TargetHandler) -> PathJob | PathResult:
         contacts = arm.contacts if world is not None else None
         if settings.velocity_scale < 1.0:
             arm = replace(arm, velocity_limits=settings.velocity_scale * arm.velocity_limits)
-        # A motion that leads in begins where the joints are, whatever seed_source says.
+        # A lead-in begins at the joint positions, whatever seed_source says.
         seed = handler.start(source) if settings.path.lead_in else handler.seed()
         options = settings.options
         return PathJob(message, arm, poses, _stamps(message), seed, options, settings.path, world, contacts, source)
@@ -110,7 +110,7 @@ def _stamps(message: Path) -> np.ndarray | None:
 
 
 def answer_path(job: PathJob, go_on: Callable[[int], object]) -> PathResult:
-    """Solve a path; `go_on` is called now and then, and may raise RefusedError to end the solve."""
+    """Return the result of a path; `go_on` is called repeatedly, and may raise RefusedError to end the solve."""
     try:
         room = job.room()
         solution = solve_path(
@@ -128,20 +128,20 @@ def answer_path(job: PathJob, go_on: Callable[[int], object]) -> PathResult:
         outcome = PARTIAL if len(solution.q) > 1 else FAILED
         return PathResult(job.message, outcome, found.reason.value, shorten(found.text, 1000), job, solution)
     if fault := fault_of_motion(solution, job.arm, job.options, job.path, room):
-        reason = f'internal error: the motion did not pass the last check, {fault}'
+        reason = f'internal error: the motion did not pass the final check, {fault}'
         return PathResult(job.message, FAILED, INTERNAL_ERROR, reason, job, solution)
     return PathResult(job.message, SOLVED, SOLVED, _described(solution), job, solution)
 
 
 def _clear(room: Room | None, options: SolveOptions) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what says whether configurations (k, n) are free of contact."""
+    """Return a function that says whether configurations (k, n) are free of contact."""
     if room is None:
         return lambda q: np.ones(len(q), dtype=bool)
     return partial(room.clear, margin=options.collision_margin, meshes=options.collision_geometry == 'mesh')
 
 
 def refused(message: Path, status: str, reason: str) -> PathResult:
-    """Return the result of a path that is not solved as it stands."""
+    """Return the result of a path that is refused."""
     return PathResult(message, REFUSED, status, shorten(reason, 1000))
 
 

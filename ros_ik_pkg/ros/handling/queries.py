@@ -1,4 +1,4 @@
-"""Questions that services ask: the joints for a pose, and poses for joints. Nothing is commanded for them."""
+"""Queries of services: the joints for a pose, and poses for joints. They cause no commands."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LONGEST = PARAMETERS['deadline'].maximum or 0.0  # s
 
 
 class PoseQuery(NamedTuple):
-    """Which joints bring a link to a pose?
+    """The query which joints bring a link to a pose.
 
     joints: positions by name [rad, m] that count instead of the joint states, for the seed and for contact.
     link: the tool, the tip frame or a link that does not move relative to it; empty: the tool, or the tip frame.
@@ -42,7 +42,7 @@ class Queries:
 
     def __init__(self, handler: TargetHandler) -> None:
         self._handler = handler
-        self._derived: tuple[Settings, bool, float, Settings] | None = None  # with a query's wishes
+        self._derived: tuple[Settings, bool, float, Settings] | None = None  # with the options of a query
         self._room: tuple[World, Mapping[str, float], World] | None = None  # a world, joints, and the world with them
 
     def solve(self, query: PoseQuery) -> Result:
@@ -58,7 +58,7 @@ class Queries:
         return result
 
     def refused(self, service: str, target: Target, error: RefusedError) -> Result:
-        """Return the result of a query that cannot be answered as it stands."""
+        """Return the result of a query that is refused."""
         result = self._handler.without_solution(target, REFUSED, error.status, str(error))
         result.service = service
         return result
@@ -66,9 +66,9 @@ class Queries:
     def poses(
         self, frame: str, links: Sequence[str], joints: Mapping[str, float]
     ) -> tuple[list[np.ndarray], list[str], str]:
-        """Return the poses (4, 4) of links in a frame [m], empty for the base frame, and of which; and what is wrong.
+        """Return the names of links, their poses (4, 4) in a frame [m], empty for the base frame, and what is wrong.
 
-        Links that the robot does not have are left out. A frame of the robot is where the same joints place it.
+        Unknown links are left out. If the frame is one of the robot, the same joints place it.
         """
         handler, arm = self._handler, self._handler.require_arm()
         known = [link for link in links if _has(arm, link)]
@@ -121,7 +121,7 @@ class Queries:
         return seed
 
     def _settings(self, query: PoseQuery) -> Settings:
-        """Return the settings with what the query wants instead; the same again while nothing changes."""
+        """Return the settings with the options of the query; the same object while nothing changes."""
         settings = self._handler.settings
         wanted = query.avoid_collisions, min(query.deadline, LONGEST)
         if self._derived is None or self._derived[0] is not settings or self._derived[1:3] != wanted:
@@ -132,7 +132,7 @@ class Queries:
         return self._derived[3]
 
     def _world(self, arm: Arm, world: World | None, joints: Mapping[str, float]) -> World | None:
-        """Return the world with the given joints outside the chain; the same again while nothing changes."""
+        """Return the world with the given joints outside the chain; the same object while nothing changes."""
         if world is None:
             return None
         given = {name: joints[name] for name in arm.contacts.outside if name in joints}

@@ -1,4 +1,4 @@
-"""What becomes of one target: an answer with an outcome and a reason, or a refusal on the way there."""
+"""The result of one target: outcome, cause, reason, solution and command."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Command:
     q: (n,) [rad, m], reached from start (n,) with the velocity limits (n,) [rad/s, m/s]. published: SOLUTION,
     STEP towards it, CLOSEST, to which q leads, or STREAM, whose goal q is.
     errors: of q [m, rad], None if it is the solution itself.
-    fraction and step_time [s]: how much of the step was taken, and in what time; None if steps are not limited.
+    fraction and step_time [s]: the share of the step that was taken, and its time; None if steps are not limited.
     """
 
     q: np.ndarray
@@ -45,11 +45,11 @@ class Command:
 
 @dataclass(slots=True)
 class Result:
-    """What the node has to say about one target.
+    """Everything that the node reports about one target.
 
-    `cause` is one word: the label of the solver's status, the cause of a refusal, or INTERNAL_ERROR.
-    What was solved is `base_from_target` (4, 4) from `seed` (n,); what goes out to the arm is `command`. Fields are
-    None if the target did not get that far. `service`: the one that asked; nothing is commanded for that.
+    `cause` is one word: the label of the solver's status, the cause of a refusal, or INTERNAL_ERROR. The solve began
+    at `seed` (n,) and had the goal `base_from_target` (4, 4). Fields that the target did not reach are None.
+    `service`: the service that asked, for which there is no command; else empty.
     """
 
     target: Target
@@ -64,12 +64,14 @@ class Result:
     seed: np.ndarray | None = None
     command: Command | None = None
     service: str = ''
-    least_clearance: float | None = None  # as `clearance` found it
+    least_clearance: float | None = None  # cached by `clearance`
 
     @property
     def clearance(self) -> float:
-        """Distance from contact of the configuration that was found [m]: by coal if it touches, else a lower bound,
-        computed in microseconds when it is first asked for. NaN if contact did not count."""
+        """Clearance of the solution [m]: by coal if it touches, else a lower bound that takes microseconds.
+
+        It is computed at first use. NaN if contact did not count.
+        """
         if self.least_clearance is None:
             room = self.room
             if room is None:
@@ -82,15 +84,15 @@ class Result:
 
     @property
     def touching(self) -> tuple[str, ...]:
-        """Names of the two that touch if that is why there is no solution: links, obstacles or 'floor'."""
+        """Names of the two bodies whose contact prevents a solution: links, obstacles or 'floor'; else empty."""
         touches = self.room is not None and self.solution.status == Status.COLLISION
         return self.solution.nearest_links if touches else ()
 
     @property
     def room(self) -> Room | None:
-        """What the arm was kept clear of, None if contact did not count."""
+        """The arm in its world, None if contact did not count."""
         return None if self.solution is None else self.solution.room
 
     def fail(self, status: str, reason: str) -> None:
-        """Take back what was called solved."""
+        """Turn a solved result into a failed one, without a command."""
         self.outcome, self.status, self.reason = FAILED, status, reason

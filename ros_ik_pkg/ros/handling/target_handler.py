@@ -1,4 +1,4 @@
-"""One target to one answer: pose, frame, seed, solve, check."""
+"""From one target to one result: pose, frame, seed, solve, final check."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ CONVERGED = SOLVED, Status.CONVERGED.label, Status.CONVERGED.text
 
 
 class TargetHandler:
-    """Answers targets with the arm, the settings and the joint states of the moment.
+    """Solves targets with the present arm, settings and joint states.
 
-    awaited: says why there is no robot, if there is none.
-    streamed: the last command (n,) of a stream of commands [rad, m], None if there is none; solves start from there.
+    awaited: returns why there is no robot, if there is none.
+    streamed: returns the last command (n,) of the stream [rad, m], from which solves start; None without a stream.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class TargetHandler:
         self._frames, self._awaited = frames, awaited
         self.arm: Arm | None = None
         self.parameters: Settings | None = None
-        self.settings: Settings | None = None  # the parameters, and the posture that is held
+        self.settings: Settings | None = None  # the parameters, with the held posture
         self._clock = clock
         self._commands = Commands(clock)
         self.streamed: Callable[[], np.ndarray | None] = lambda: None
@@ -61,9 +61,9 @@ class TargetHandler:
         self.settings = self._posture.take_over(settings, arm)
 
     def handle(self, target: Target, trace: bool, waited: float = math.inf) -> Result | None:
-        """Return the one result of a target; what is refused on the way becomes a refused result.
+        """Return the result of a target, refused or not; None if it can still wait for its transform.
 
-        waited: time since the target arrived [s]. None: its transform is not there yet, and it can still wait.
+        waited: time since the target arrived [s].
         """
         try:
             return self._solve(target, trace, waited)
@@ -98,12 +98,12 @@ class TargetHandler:
         return self._seed(self.require_arm())[0]
 
     def given_up(self, target: Target, status: str, why: str) -> Result:
-        """Return the refusal of a target that waits for its transform, which something else has ended."""
+        """Return the refusal of a target that no longer waits for its transform, for a given reason."""
         reason = f'{why} while this target waited for the transform of {target.frame_id!r}'
         return self.without_solution(target, REFUSED, status, reason)
 
     def internal_error(self, target: Target, error: Exception) -> Result:
-        """Return the answer to a target whose handling failed in a way that nobody foresaw."""
+        """Return the result of a target whose handling raised an unforeseen error."""
         reason = f'internal error {type(error).__name__}: {error}'
         return self.without_solution(target, FAILED, INTERNAL_ERROR, reason)
 
@@ -150,7 +150,7 @@ class TargetHandler:
         return self.surroundings.markers.take(message, self.base_from_header)
 
     def take_scene(self, message: Any) -> list[str]:
-        """Take what MoveIt's messages say of the room; return why some of it is left aside."""
+        """Take the objects of one of MoveIt's messages; return why some are left aside."""
         links = self.arm.frame_names if self.arm is not None else ()
         return self.surroundings.scene.take(message, self.base_from_header, links)
 
@@ -179,7 +179,7 @@ class TargetHandler:
     ) -> tuple[np.ndarray | None, tuple[str, ...]]:
         """Return the pose (4, 4) of a frame of the robot or of TF in the base frame at a stamp, and notes.
 
-        None if TF does not have it yet and what has waited for `waited` [s] can still wait for it.
+        None if TF does not have it yet, and a message that has waited for `waited` [s] can still wait.
         """
         frame = frame.removeprefix('/')
         if frame in ('', arm.base_frame):
@@ -190,12 +190,12 @@ class TargetHandler:
         return self._base_from_own_frame(arm, frame), ()
 
     def start(self, arm: Arm) -> np.ndarray:
-        """Return where the joints are (n,) [rad, m], from which a motion starts; refuse it if that is not known."""
+        """Return the joint positions (n,) [rad, m] at which a motion starts; refuse it if they are not known."""
         seed, _ = self._seed(arm)
         return self._start(arm, seed)
 
     def _base_from_own_frame(self, arm: Arm, frame: str) -> np.ndarray:
-        """Return the pose (4, 4) of a frame of the robot, as the joint states have it."""
+        """Return the pose (4, 4) of a frame of the robot, by the joint states."""
         try:
             return arm.base_from_frame(frame, self.joint_states.positions(arm.joints_to(frame)))
         except ArgumentError as error:
@@ -222,27 +222,27 @@ class TargetHandler:
             return self._commands.last, (*notes, f'continued from the last command: {error}')
 
     def _start(self, arm: Arm, seed: np.ndarray) -> np.ndarray:
-        """Return where the joints are (n,), from which a step counts: home says nothing of that, all else does."""
+        """Return the joint positions (n,) from which a step is measured: the seed, unless that is home."""
         if seed is not arm.home:
             return seed
         last = self._commands.last
         return self._joint_state_or(arm, seed if last is None else last)
 
     def _reference(self, arm: Arm, seed: np.ndarray, start: np.ndarray) -> np.ndarray:
-        """Return from where (n,) max_joint_jump, 'nearest' and whole turns count."""
+        """Return the configuration (n,) from which max_joint_jump, 'nearest' and whole turns are measured."""
         if self.settings.velocity_limiting != 'none':
             return start
         return self._joint_state_or(arm, seed) if self.settings.options.max_joint_jump > 0.0 else seed
 
     def _joint_state_or(self, arm: Arm, otherwise: np.ndarray) -> np.ndarray:
-        """Return the joint state (n,); where it is not known or in doubt, what stands for it."""
+        """Return the joint state (n,), or `otherwise` if it is unknown or doubted."""
         try:
             return self._joint_state(arm)
         except RefusedError:
             return otherwise
 
     def _joint_state(self, arm: Arm) -> np.ndarray:
-        """Return the joint state (n,); where steps are limited, only one that can be believed."""
+        """Return the joint state (n,); if steps are limited, only one that is not doubted."""
         if self.settings.velocity_limiting == 'none':
             return self.joint_states.seed(arm.joint_names)
         return self.joint_state_check.believed(self.joint_states, arm)
@@ -259,18 +259,18 @@ def _degrees_note(arm: Arm, seed: np.ndarray) -> tuple[str, ...]:
 
 
 def judge(solution: Solution, target: np.ndarray, arm: Arm, options: SolveOptions) -> tuple[str, str, str]:
-    """Return outcome, cause and reason; what the solver calls converged is looked at once more."""
+    """Return outcome, cause and reason; a converged solution must pass the final check."""
     if not solution.converged:
         return FAILED, solution.status.label, _why(solution, arm, options)
     if fault := fault_of(solution.q, target, arm, options):
-        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
+        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the final check, {fault}'
     if contact := contact_of(solution.q, None, solution.room, options):
-        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {contact}'
+        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the final check, {contact}'
     return CONVERGED
 
 
 def _why(solution: Solution, arm: Arm, options: SolveOptions) -> str:
-    """Say in words why there is no answer, and how near the best attempt came."""
+    """Return in words why there is no solution, and how near the best attempt came."""
     parts = [
         solution.status.text,
         (f'the best of {solution.attempts} attempts' if solution.attempts > 1 else 'the tip')

@@ -89,7 +89,7 @@ class TargetQueue:
         result = self._try(arrival)
         if result is not None:
             if self._answer(result, arrival.time):
-                # All are older: the arm must not go back to one of them.
+                # The others are older: the arm must not go back to one of them.
                 self._drop_waiting('superseded', 'a newer target was commanded')
         elif self._waiting is None:
             self._waiting = arrival

@@ -23,12 +23,12 @@ from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.parameters import Settings
 
 HELD = 'the other tip has had no target: it is held where it is'
-# What the node does for one tip only, and the value that leaves it out
+# Parameters for one tip only, and the values that switch them off
 ONE_TIP_ONLY = {'velocity_limiting': 'none', 'out_of_reach': 'hold', 'compare': (), 'tool': ()}
 
 
 class TipTargets:
-    """Answers the targets of two tips; the newest target of the other tip, or where that tip is, counts too.
+    """Solves the targets of two tips, each together with the newest target or the present pose of the other tip.
 
     answer(result, arrived): publishes a result. A target of the first tip in the frame of the second one is relative.
     """
@@ -43,13 +43,13 @@ class TipTargets:
         self._newest: list[tuple[np.ndarray, bool] | None] = [None, None]  # pose in its frame, whether relative
 
     def prepare(self, settings: Settings, arm_changes: bool) -> ArmTree | None:
-        """Return the arms that the settings mean, loaded anew where they change, None for one tip; raise IkError."""
+        """Return the arms of the settings, reloaded if they change, or None for one tip; raise IkError."""
         self._pending = self._source.load_tips(settings) if arm_changes else self.arms
         check_settings(settings, self._pending)
         return self._pending
 
     def take_over(self) -> None:
-        """Answer for the arms that were prepared last from the next target on."""
+        """Use the arms that were prepared last, from the next target on."""
         arms = self._pending
         if arms is self.arms:
             return
@@ -66,7 +66,7 @@ class TipTargets:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """Names of the topics on which targets are answered."""
+        """Names of the topics of targets."""
         tips = topics.FIRST_TARGET_POSE.name, topics.SECOND_TARGET_POSE.name
         return (topics.TARGET_POSE.name,) if self.arms is None else tips
 
@@ -129,7 +129,7 @@ class TipTargets:
 
 
 def check_settings(settings: Settings, arms: ArmTree | None) -> None:
-    """Raise OptionError for what the node does not do for two tips."""
+    """Raise OptionError for settings that two tips do not support."""
     if arms is None:
         return
     for name, value in ONE_TIP_ONLY.items():
@@ -154,7 +154,7 @@ def _judge(
     arms: ArmTree, solution: Solution, targets: tuple[np.ndarray, np.ndarray], relative: bool, start: np.ndarray,
     settings: Settings,
 ) -> tuple[str, str, str]:
-    """Return outcome, cause and reason; what the solver calls converged is looked at once more, for both tips."""
+    """Return outcome, cause and reason; a converged solution must pass the final check of both tips."""
     options = settings.options
     if not solution.converged:
         reason = (f'{solution.status.text}; the tip that is further off is {solution.position_error:.3g} m and '
@@ -164,7 +164,7 @@ def _judge(
         return FAILED, solution.status.label, reason
     fault = fault_of_pair(solution.q, targets, relative, arms, options)
     if fault or (fault := contact_of(solution.q, None, solution.room, options)):
-        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the last check, {fault}'
+        return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the final check, {fault}'
     if settings.check_motion and (contact := contact_of(solution.q, start, solution.room, options, True)):
         return FAILED, 'collision', f'not published: {contact}'
     return SOLVED, solution.status.label, solution.status.text
@@ -173,8 +173,8 @@ def _judge(
 def fault_of_pair(
     q: np.ndarray, targets: tuple[np.ndarray, np.ndarray], relative: bool, arms: ArmTree, options: SolveOptions
 ) -> str:
-    """Say why q (n,) must not be published for both targets, by Pinocchio, which shares nothing with the search; empty
-    if it may."""
+    """Return why q (n,) must not be published for both targets; empty if it may. By Pinocchio, which shares no code
+    with the search."""
     if fault := fault_of_command(q, arms, options):
         return fault
     positions = dict(zip(arms.joint_names, q.tolist()))

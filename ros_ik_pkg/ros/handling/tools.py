@@ -1,4 +1,4 @@
-"""The tool on the arm: the parameter `tool`, which messages set too, so that it always says what counts."""
+"""The tool on the arm: it is always that of the parameter `tool`, which messages set too."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LOG_PERIOD = 1.0  # s between log lines, however often the tool changes
 class Tools:
     """Puts the tool of the settings on the arm, and messages into the settings.
 
-    arm: returns the arm of the moment. A message that comes before there is one waits for it.
+    arm: returns the present arm. A message that arrives before there is one waits for it.
     """
 
     def __init__(self, node: Node, arm: Callable[[], Arm | None]) -> None:
@@ -36,7 +36,7 @@ class Tools:
         return arm.with_tool(pose, frame)
 
     def take(self, message: TransformStamped | PoseStamped) -> None:
-        """Set the parameter to the tool of a message, from the next target on; log why not."""
+        """Set the parameter to the tool of a message, from the next target on; log the reason if it is refused."""
         arm = self._arm()
         if arm is None:
             self._waiting = message

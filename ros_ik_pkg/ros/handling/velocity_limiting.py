@@ -15,7 +15,7 @@ LONGEST_TIME = 1e6  # s; a message holds no more than 2^31
 
 
 class StepError(Exception):
-    """No configuration is both within the limits and within one step, because of the joint of that index."""
+    """No configuration is within both the limits and one step; `joint` is the index of the joint that prevents it."""
 
     def __init__(self, joint: int) -> None:
         super().__init__(f'joint {joint} is further outside its limits than one step leads')
@@ -36,7 +36,7 @@ def limited_step(
     lower, upper : (n,) arrays
         Joint limits [rad, m].
     mode : str
-        'whole' shortens the step as a whole, on a straight line of the joints; 'joint' each joint by itself.
+        'whole' shortens the step as a whole, on a straight line in joint space; 'joint' each joint by itself.
 
     Returns
     -------
@@ -81,8 +81,8 @@ def travel_time(start: np.ndarray, goal: np.ndarray, velocity_limits: np.ndarray
 class StepTimer:
     """Time since the last step, at most a given bound; the bound itself if there was no step.
 
-    It is steady time, so that setting the clock cannot make an arm leap. With `use_sim_time` it is simulated time,
-    in which a simulated arm moves: it pauses with the simulation, and if it runs backwards, there was no last step.
+    The time is steady, so that setting the clock cannot make an arm jump. With `use_sim_time` it is simulated time, as
+    for a simulated arm: it pauses with the simulation, and if it runs backwards, the last step is forgotten.
     """
 
     def __init__(self, clock: ROSClock) -> None:

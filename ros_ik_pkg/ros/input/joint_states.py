@@ -1,4 +1,4 @@
-"""Joint states by name: kept as they come, read only when a target needs them."""
+"""Joint states by name: messages are stored, and read only when a target needs them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_SOURCES = 64  # publishers with different sets of names; the one that was si
 
 
 class Kept(NamedTuple):
-    """A message, its names, and when it came [s, monotonic]: its own stamp may be zero, or of another clock."""
+    """A message, its names, and its arrival [s, monotonic]: its stamp may be zero, or of another clock."""
 
     names: tuple[str, ...]
     message: JointState
@@ -26,9 +26,9 @@ class Kept(NamedTuple):
 
 
 class JointStates:
-    """The newest message of every set of joint names; the newest message that names a joint speaks for it.
+    """The newest message of every set of joint names; the newest message that names a joint gives its position.
 
-    One without positions says nothing of them, so it is kept beside one that has them.
+    A message without positions does not replace one that has them.
     """
 
     def __init__(self, topic: str = JOINT_STATES.name) -> None:
@@ -37,29 +37,29 @@ class JointStates:
         self._noted: set[tuple[str, ...]] = set()  # names of messages that were odd
 
     def keep(self, message: JointState) -> None:
-        """Take a message; all else is left for when a target comes."""
+        """Store a message; it is read when a target needs it."""
         names = tuple(message.name)
         key = names if message.position or not names else (names,)
         self._newest.pop(key, None)
-        self._newest.pop((), None)  # one without names is at fault for nothing but itself
+        self._newest.pop((), None)  # a message without names is reported only while it is the newest
         self._newest[key] = Kept(names, message, time.monotonic())
         if len(self._newest) > MAX_SOURCES:
             del self._newest[next(iter(self._newest))]
 
     @property
     def empty(self) -> bool:
-        """Whether no message came so far."""
+        """Whether no message has arrived."""
         return not self._newest
 
     def seed(self, joint_names: Sequence[str]) -> np.ndarray:
-        """Return the positions (n,) of these joints [rad, m]; refuse the target where they are not known."""
+        """Return the positions (n,) of these joints [rad, m]; refuse the target if one is not known."""
         found = self.positions(joint_names)
         if len(found) < len(joint_names):
             raise RefusedError('joint_states', self._what_is_missing(joint_names, found))
         return np.array([found[name] for name in joint_names])
 
     def positions(self, joint_names: Sequence[str]) -> dict[str, float]:
-        """Return the positions that are known of these joints, by name [rad, m]; refuse the target at a fault."""
+        """Return the known positions of these joints by name [rad, m]; refuse the target if a message is faulty."""
         found: dict[str, float] = {}
         for names, message, _ in reversed(self._newest.values()):
             if len(found) == len(joint_names):
@@ -81,7 +81,7 @@ class JointStates:
         return np.array([found[name] for name in joint_names])
 
     def take_notes(self) -> tuple[str, ...]:
-        """Return what is odd about the messages but not wrong for us, once for each set of names."""
+        """Return what is odd about the messages but harmless, once for each set of names."""
         notes = []
         for names, message, _ in self._newest.values():
             lengths = len(message.velocity), len(message.effort)
@@ -94,7 +94,7 @@ class JointStates:
         return tuple(notes)
 
     def age(self, joint_names: Sequence[str]) -> float:
-        """Return since when a joint has had no new position [s], infinite where one never had; the oldest of all."""
+        """Return the age of the oldest position of these joints [s]; infinite if one has never arrived."""
         missing = set(joint_names)
         for names, message, arrival in reversed(self._newest.values()):
             if message.position:
@@ -104,7 +104,7 @@ class JointStates:
         return math.inf
 
     def _what_is_missing(self, joint_names: Sequence[str], found: dict[str, float]) -> str:
-        """Say which joints have no position yet, and what came instead."""
+        """Return in words which joints have no position yet, and which names have arrived."""
         if self.empty:
             return f'no message on {self._topic} yet, and seed_source is joint_states'
         missing = ', '.join(name for name in joint_names if name not in found)
@@ -115,7 +115,7 @@ class JointStates:
 
 
 def read_positions(names: Sequence[str], message: JointState, wanted: Sequence[str]) -> dict[str, float]:
-    """Return the positions that a message gives of joints `wanted`; raise ValueError if it is faulty about them."""
+    """Return the positions of the joints `wanted` in a message; raise ValueError if it is faulty about them."""
     places = {name: place for place, name in enumerate(names)}
     spoken_for = [name for name in wanted if name in places]
     if names and not spoken_for:

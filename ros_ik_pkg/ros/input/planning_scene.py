@@ -1,4 +1,4 @@
-"""Obstacles and held objects as MoveIt's messages have them, for robots whose programs publish those.
+"""Obstacles and held objects from MoveIt's messages.
 
 Only the fields are read, so nothing here imports moveit_msgs.
 """

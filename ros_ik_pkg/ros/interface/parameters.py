@@ -40,7 +40,7 @@ class ListOption(Option):
     """A list of any of the `allowed` texts, or of any texts if none are named."""
 
     def check(self, value: Any) -> tuple[str, ...]:
-        """Return the entries once each, in the order given, or raise OptionError."""
+        """Return the distinct entries in their order, or raise OptionError."""
         if not isinstance(value, (list, tuple, array)) or not all(map(self._takes, value)):
             raise self._refuse(value)
         return tuple(dict.fromkeys(value))
@@ -241,9 +241,9 @@ class Parameters:
         self._apply([])
 
     def refuse_unknown(self) -> list[str]:
-        """Refuse names that are not declared by now; say which of those the node was started with.
+        """Refuse undeclared names from now on; return a warning for each that the node was started with.
 
-        Until then publishers and subscriptions declare their overrides of QoS. ROS itself is silent about a slip.
+        Until now, publishers and subscriptions declared their QoS overrides. ROS itself ignores misspelt names.
         """
         self._complete = True
         given = self._node._parameter_overrides  # rclpy has no public name for it
@@ -251,7 +251,7 @@ class Parameters:
                 if not self._node.has_parameter(name)]
 
     def _check(self, changes: list[Parameter]) -> SetParametersResult:
-        """Accept or refuse a change; what was loaded for it waits for `_apply`."""
+        """Accept or refuse a change; `_apply` uses what is loaded for it."""
         own = _own(changes)
         try:
             if self._complete:
@@ -273,7 +273,7 @@ class Parameters:
 
 
 def _own(changes: list[Parameter]) -> dict[str, Any]:
-    """Values by name of what is declared here; rclpy has a few parameters of its own."""
+    """Return the values of the parameters that are declared here; rclpy has a few of its own."""
     return {parameter.name: parameter.value for parameter in changes if parameter.name in PARAMETERS}
 
 
@@ -319,7 +319,7 @@ def descriptor(option: Option) -> ParameterDescriptor:
 
 
 def _convert(changes: list[Parameter]) -> list[Parameter]:
-    """Turn 1 into 1.0 where a float is meant; wrong values pass as they are, to be refused by name."""
+    """Turn 1 into 1.0 if a float is expected; wrong values are not changed, and are refused later by name."""
     return [_converted(parameter) if parameter.name in PARAMETERS else parameter for parameter in changes]
 
 
@@ -332,7 +332,7 @@ def _converted(parameter: Parameter) -> Parameter:
 
 
 def _parameter(name: str, value: Any) -> Parameter:
-    """Make a parameter of the declared type; an empty list would not tell its own."""
+    """Return a parameter of the declared type, which ROS cannot infer from an empty list."""
     default = PARAMETERS[name].default
     if isinstance(PARAMETERS[name], ListOption):
         kind = Parameter.Type.STRING_ARRAY

@@ -1,4 +1,4 @@
-"""How the stream of commands is kept smooth, and when it slows and halts: the parameters `servo.*` and their like."""
+"""The parameters of the stream of commands: its smoothing, and the thresholds at which it slows and halts."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class Thresholds:
     contact_slow: float  # m, of the clearance
     contact_halt: float  # m
     limit_margin: float  # rad, m: how far from a joint limit the arm stops
-    leaving_share: float  # of the top speed, at least, away from a singularity or a contact
-    hysteresis: float  # of a threshold, by which a rule lets go later than it takes hold
+    leaving_share: float  # of the top speed, allowed at least away from a singularity or a contact
+    hysteresis: float  # share of a threshold by which a rule ends later than it begins
 
 
 @dataclass(frozen=True)
 class ServoSettings:
-    """All about the stream of commands but the rules of caution."""
+    """Settings of the stream of commands, without the rules of caution."""
 
     command_rate: float  # Hz; 0: there is no stream
     command_timeout: float  # s

@@ -19,7 +19,7 @@ NODE_NAME = 'ik_node'
 PAUSE = '~/pause'  # the service, std_srvs/SetBool
 COMPUTE_IK = '~/compute_ik'  # the service, moveit_msgs/GetPositionIK
 COMPUTE_FK = '~/compute_fk'  # the service, moveit_msgs/GetPositionFK
-# What of the QoS the parameters qos_overrides.<topic>.<publisher or subscription>.<policy> set at the start.
+# The policies that the parameters qos_overrides.<topic>.<publisher or subscription>.<policy> set at the start.
 OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
 HEARS_ALL = {'RELIABILITY': 'best_effort', 'DURABILITY': 'volatile'}  # of a subscription
 
@@ -173,7 +173,7 @@ TOPICS = (
 
 
 def advice_on_qos(topic: str, policy: str) -> str:
-    """Say that a publisher of a topic (its full name) is not heard because of a policy, and what helps."""
+    """Return a warning that a publisher of a topic (full name) is not heard because of a policy, with the remedy."""
     text = f'a publisher of {topic} is not heard: its {policy.lower()} is less than this node asks for'
     if policy not in HEARS_ALL:
         return text

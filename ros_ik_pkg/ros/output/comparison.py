@@ -27,10 +27,10 @@ class Job:
 
 
 class Comparison:
-    """Runs the methods of the parameter `compare` on targets that were answered; the newest one waits.
+    """Runs the methods of the parameter `compare` on solved targets, one at a time; the newest target waits.
 
     A comparison takes longer than a solve, and the next target must not wait for it: the compiled solver
-    lets other threads run. While one is under way, a newer target takes the place of the one that waits.
+    lets other threads run. During a comparison, a newer target replaces the one that waits.
     """
 
     def __init__(self, node: Node, traces: Publisher) -> None:

@@ -19,7 +19,7 @@ from ros_ik_pkg.ros.output.messages import base_header
 from ros_ik_pkg.ros.output.statuses import key_values
 
 FIGURES = ('method', 'iterations', 'position_error', 'orientation_error', 'time', 'sigma_min')
-MAX_POINTS = 400  # of a path; a transpose run has thousands, less than a pixel apart
+MAX_POINTS = 400  # of a path; a run of transpose has thousands, less than a pixel apart
 EVERY_ONE = 100  # points at the start, where steps are long
 LINE_WIDTH, TARGET_SIZE, TEXT_HEIGHT, LINE_SPACING = 0.004, 0.03, 0.03, 0.04  # m
 

@@ -1,4 +1,4 @@
-"""Health of the node for /diagnostics: what happened in the last second, how long it took, and what is amiss."""
+"""Health of the node for /diagnostics: results, latencies and problems of the last second."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 @dataclass
 class Health:
-    """Counts answers; `report` closes a period and begins the next."""
+    """Counts results; `report` closes a period and begins the next."""
 
     failed: Counter[str] = field(default_factory=Counter)  # by cause
     refused: Counter[str] = field(default_factory=Counter)
@@ -31,11 +31,11 @@ class Health:
     clearances: list[float] = field(default_factory=list)  # m, of commands, if contact counts
     internal_errors: int = 0
     last_error: str = ''
-    last_error_time: float = math.nan  # s, when the target of it came
+    last_error_time: float = math.nan  # s, arrival of its target
     last_target: float = field(default_factory=time.monotonic)  # s; the start, before the first
 
     def count(self, result: Result, latency: float) -> None:
-        """Take note of one answer."""
+        """Count one result."""
         self.last_target = time.monotonic()
         self.latencies.append(latency)
         if result.solution is not None:
@@ -56,11 +56,10 @@ class Health:
         joint_states_age: float | None = None,
         doubts: tuple[int, str] = (0, ''),
     ) -> DiagnosticStatus:
-        """Return the status of the last `period` [s], the time that really passed.
+        """Return the status of the last `period` [s], the measured time since the last report.
 
-        waiting: what is missing, if anything. joint_states_age: since when the joints were not heard of [s], infinite
-        where they never were, None if nobody needs them. doubts: for how many targets the joint states were not
-        believed, and why.
+        waiting: what is missing, if anything. joint_states_age: age of the joint states [s], infinite if none has
+        arrived, None if they are not needed. doubts: for how many targets the joint states were doubted, and why.
         """
         ages = {'joint_states_age': joint_states_age, 'target_age': time.monotonic() - self.last_target}
         level, message = self._judge(limits, waiting, doubts, **ages)
@@ -78,7 +77,7 @@ class Health:
     def _judge(
         self, limits: HealthLimits, waiting: str, doubts: tuple[int, str], **ages: float | None
     ) -> tuple[bytes, str]:
-        """Return the highest level of all findings, and what was found, the worst first."""
+        """Return the highest level of all findings, and their texts, the worst first."""
         found = [*self._answers(limits), *_inputs(limits, waiting, **ages)]
         if doubts[0]:
             found.append((WARN, doubts[1]))
@@ -87,7 +86,7 @@ class Health:
         return worst, '; '.join(amiss) or found[0][1]
 
     def _answers(self, limits: HealthLimits) -> Iterator[tuple[bytes, str]]:
-        """Yield level and text of what became of the targets."""
+        """Yield level and text of findings about results."""
         count, failed, refused = len(self.latencies), self.failed.total(), self.refused.total()
         if failed or refused:
             level = _level((failed + refused) / count, limits.warn_failed_ratio, limits.error_failed_ratio)
@@ -100,7 +99,7 @@ class Health:
             yield ERROR, f'internal errors: {self.internal_errors}'
 
     def _figures(self, period: float) -> dict[str, Any]:
-        """Rates [1/s], times [s] and what went wrong how often."""
+        """Return rates [1/s], times [s] and counts of failures."""
         count = len(self.latencies)
         return {
             'targets_per_second': round(count / period, 1),
@@ -120,7 +119,7 @@ class Health:
 def _inputs(
     limits: HealthLimits, waiting: str, joint_states_age: float | None, target_age: float
 ) -> Iterator[tuple[bytes, str]]:
-    """Yield level and text of what the node waits for; as diagnostic_updater has it, silence is a WARN.
+    """Yield level and text of findings about inputs; as in diagnostic_updater, silence is a WARN.
 
     The level STALE is for the aggregator to give to a node that reports nothing at all.
     """
@@ -135,14 +134,14 @@ def _inputs(
 
 
 def _level(value: float, warn: float, error: float = 0.0) -> bytes:
-    """Compare with both limits; 0 is none, and NaN is beyond nothing."""
+    """Return the level of a value; a limit of 0 is none, and NaN exceeds no limit."""
     if error and value >= error:
         return ERROR
     return WARN if warn and value >= warn else OK
 
 
 def _percentile(values: list[float], percent: float) -> float:
-    """Return the percentile [s], NaN of nothing."""
+    """Return the percentile [s], or NaN without values."""
     return round(float(np.percentile(values, percent)), 7) if values else float('nan')
 
 

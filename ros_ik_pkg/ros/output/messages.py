@@ -1,4 +1,4 @@
-"""Messages to arrays and arrays to messages; pure functions."""
+"""Results as messages; pure functions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CLEARANCE = 'clearance'  # the column [m]
 
 
 def positions_of(command: Command) -> array[float]:
-    """Return joint positions [rad, m] as messages hold them."""
+    """Return joint positions [rad, m] as the array type of messages."""
     return array('d', command.q.tobytes())
 
 
@@ -50,15 +50,15 @@ def motion_trajectory_message(arm: Arm, motion: Motion, period: float) -> JointT
 
 
 def duration_message(duration: float) -> Duration:
-    """Return a duration [s] as messages hold it, rounded up."""
+    """Return a duration [s] as a message, rounded up."""
     nanoseconds = math.ceil(1e9 * duration)
     return Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
 def trajectory_message(result: Result, duration: float) -> JointTrajectory:
-    """Return a trajectory of one point, in `duration` [s], later where the velocity limits need it.
+    """Return a trajectory of one point at `duration` [s], or later if the velocity limits need it.
 
-    Its stamp is 0, which joint_trajectory_controller takes for now; one of the past it would leave aside.
+    Its stamp is 0, which joint_trajectory_controller takes as now; it would ignore a point in the past.
     """
     command = result.command
     point = JointTrajectoryPoint(
@@ -71,15 +71,14 @@ def trajectory_message(result: Result, duration: float) -> JointTrajectory:
 
 
 def commands_message(result: Result) -> Float64MultiArray:
-    """Return the joint positions [rad, m] alone, in the order of the arm's joints from base to tip."""
+    """Return only the joint positions [rad, m], in the order of the arm's joints from base to tip."""
     return Float64MultiArray(data=positions_of(result.command))
 
 
 def trace_message(result: Result, trace: Trace, method: str, run: str) -> Float64MultiArray:
     """Return a trace as a matrix: TRACE_COLUMNS, then the joint positions; if contact counts, CLEARANCE last.
 
-    The labels name the columns, and say whose rows they are: the method, the stamp of the target, and
-    the run, `solve` or `comparison`.
+    The labels name the columns, and the rows' method, stamp of the target, and run, `solve` or `comparison`.
     """
     matrix = np.hstack([trace.rows, trace.joint_positions])
     if result.room is not None:  # a lower bound
@@ -94,7 +93,7 @@ def trace_message(result: Result, trace: Trace, method: str, run: str) -> Float6
 
 
 def rows_label(result: Result, method: str, run: str) -> str:
-    """Return what the rows of a trace message belong to: `rows method=dls run=solve stamp=1.000000002`."""
+    """Return the label of the rows of a trace message: `rows method=dls run=solve stamp=1.000000002`."""
     return f'rows method={method} run={run} stamp={stamp_text(result.target.stamp)}'
 
 

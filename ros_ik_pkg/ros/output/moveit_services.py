@@ -1,6 +1,6 @@
-"""~/compute_ik and ~/compute_fk, the services of MoveIt's move_group: their messages to questions, and answers to them.
+"""The services ~/compute_ik and ~/compute_fk of MoveIt: requests become queries, and results become responses.
 
-Where moveit_msgs is not installed, there are no such services.
+Without moveit_msgs there are no such services.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ros_ik_pkg.ros.interface import topics
 
 LOG_PERIOD = 1.0  # s between log lines of one kind
 IK, FK = 'compute_ik', 'compute_fk'
-# The names of MoveItErrorCodes by the status of a result. All others mean that there is no solution.
+# The names of MoveItErrorCodes by the status of a result; other statuses become NO_IK_SOLUTION.
 CODES = {
     'converged': 'SUCCESS',
     'deadline': 'TIMED_OUT',
@@ -54,7 +54,7 @@ CONSTRAINTS = ('joint', 'position', 'orientation', 'visibility')
 class MoveItServices:
     """The two services.
 
-    say(result, latency): reports the result of a request to ~/compute_ik when there is time [s].
+    say(result, latency): reports the result of a request to ~/compute_ik later; latency [s].
     """
 
     def __init__(self, node: Node, handler: TargetHandler, say: Callable[[Result, float], None]) -> None:
@@ -73,7 +73,7 @@ class MoveItServices:
         node.create_service(GetPositionFK, topics.COMPUTE_FK, self._compute_fk)
 
     def _compute_ik(self, request: Any, response: Any) -> Any:
-        """Answer with the joints for a pose, or with the code of what is wrong."""
+        """Respond with the joints for a pose, or with an error code."""
         began, target = time.perf_counter(), UNREAD
         try:
             poses = request.ik_request.pose_stamped_vector
@@ -90,7 +90,7 @@ class MoveItServices:
         return response
 
     def _read(self, asked: Any, target: Target) -> PoseQuery:
-        """Return the question in a PositionIKRequest; refuse what this node cannot do."""
+        """Return the query in a PositionIKRequest; refuse what this node does not support."""
         group = self._handler.require_arm().name, self._handler.settings.group_name
         if group[1] and asked.group_name not in ('', *group):
             raise RefusedError('group', f'group_name is {shorten(asked.group_name, 60)!r}; expected {group[1]!r}')
@@ -122,7 +122,7 @@ class MoveItServices:
             raise RefusedError('robot_state', f'robot_state has {error}') from None
 
     def _write_state(self, result: Result, asked: JointState, state: JointState) -> None:
-        """Write the solution, and behind it where the other joints of the robot are."""
+        """Write the solution, followed by the positions of the robot's other joints."""
         arm = result.arm
         names, positions = list(arm.joint_names), result.solution.q.tolist()
         if others := self._other_joints(arm):
@@ -130,7 +130,7 @@ class MoveItServices:
             names += [name for name in others if name in known]
             positions += [known[name] for name in others if name in known]
         state.name, state.position = names, positions
-        state.header.frame_id = arm.base_frame  # without a stamp, as move_group answers
+        state.header.frame_id = arm.base_frame  # without a stamp, as move_group responds
 
     def _other_joints(self, arm: Arm) -> list[str]:
         """Return the names of the joints outside the chain that move; the same list while the robot is the same."""
@@ -140,7 +140,7 @@ class MoveItServices:
         return self._others[1]
 
     def _compute_fk(self, request: Any, response: Any) -> Any:
-        """Answer with the poses of links."""
+        """Respond with the poses of links."""
         try:
             if not request.fk_link_names:
                 raise RefusedError('link', 'fk_link_names is empty')
@@ -163,7 +163,7 @@ class MoveItServices:
         return response
 
     def _write_code(self, code: Any, status: str, reason: str) -> None:
-        """Write the code of a status, and the reason where the version of moveit_msgs has a field for it."""
+        """Write the code of a status, and the reason if this version of moveit_msgs has a field for it."""
         code.val = self._codes.get(status, self._no_solution)
         if hasattr(code, 'message'):
             code.message, code.source = reason, self._name

@@ -96,7 +96,7 @@ def _figures(result: PathResult) -> dict[str, Any]:
 
 def path_markers_message(result: PathResult) -> MarkerArray:
     """Return the line of the tip, from blue at rest to red at its highest speed; a halo, from yellow to red, where the
-    arm comes near a singularity; and a red cube where the path breaks."""
+    arm is near a singularity; and a red cube where the path breaks."""
     header = Header(stamp=result.message.header.stamp, frame_id=result.job.arm.base_frame)
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     solution = result.solution

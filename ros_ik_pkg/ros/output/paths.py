@@ -1,4 +1,4 @@
-"""Whole paths: solved on a thread of their own, so that targets are answered meanwhile."""
+"""Solves whole paths on a background thread, so that targets are solved meanwhile."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _Numbered(NamedTuple):
 
 
 class Paths:
-    """Answers every path with one result; a new path replaces the one that is being solved."""
+    """Publishes one result for each path; a new path replaces the one that is being solved."""
 
     def __init__(self, node: Node, handler: TargetHandler) -> None:
         self._node, self._handler, self._name = node, handler, name_in_statuses(node)
@@ -41,7 +41,7 @@ class Paths:
         self._worker: BackgroundWorker[_Numbered] = BackgroundWorker(node, 'paths', self._answer, WAITING)
 
     def take(self, message: Path) -> None:
-        """Solve a path with the settings, frames and joint states of this moment."""
+        """Solve a path with the present settings, frames and joint states."""
         try:
             job = read_path(message, self._handler)
         except Exception as error:  # an unforeseen error must not end the node
@@ -50,7 +50,7 @@ class Paths:
         self._worker.submit(_Numbered(self._newest, job))
 
     def close(self) -> None:
-        """End the solve that is under way, and the thread."""
+        """End the present solve and the thread."""
         self._ended = True
         self._worker.close()
 

@@ -1,4 +1,4 @@
-"""Publishes answers: the command first, the result next, and in the gaps between targets what people look at."""
+"""Publishes results: the command first, the result next, and between targets what people look at."""
 
 from __future__ import annotations
 
@@ -49,15 +49,15 @@ class Publishers:
 
     @property
     def results_heard(self) -> bool:
-        """Whether anybody listens to what is published of every result."""
+        """Whether a topic that is published for every result has subscribers."""
         return self._result.heard or self._contacts.heard
 
     def want_trace(self) -> bool:
-        """Whether anybody listens to what a trace is needed for."""
+        """Return whether a topic that needs a trace has subscribers."""
         return self._iterations.heard or self.trace.heard or self._tcp_path.heard
 
     def publish_command(self, result: Result, trajectory_time: float) -> None:
-        """Publish the command of an answer, if it has one, in every form that somebody listens to."""
+        """Publish the command of a result, if it has one, on every topic that has subscribers."""
         if result.command is None:
             return
         target = result.target
@@ -68,7 +68,7 @@ class Publishers:
             self._commands.publish(commands_message(result))
 
     def publish_motion(self, arm: Arm, motion: Motion, period: float) -> None:
-        """Publish a command of the stream in every form that somebody listens to, to be reached in a period [s]."""
+        """Publish a command of the stream, to be reached in a period [s], on every topic that has subscribers."""
         self._solution.publish(self._solution_of(arm, motion.position))
         if self._trajectory.heard:
             self._trajectory.publish(motion_trajectory_message(arm, motion, period))
@@ -76,18 +76,18 @@ class Publishers:
             self._commands.publish(Float64MultiArray(data=array('d', motion.position.tobytes())))
 
     def _solution_of(self, arm: Arm, q: np.ndarray, sec: int = 0, nanosec: int = 0) -> bytes:
-        """Return the message of a solution as bytes, of which those of the names are the same for all of an arm.
+        """Return the message of a solution as bytes; one writer serves all solutions of an arm.
 
-        Its stamp is that of the target, or now for a target of stamp 0.
+        Its stamp is that of the target, or now for a target with stamp 0.
         """
         if not arm.same_robot(self._arm):
             self._writer, self._arm = SolutionWriter(positions_message(arm, q)), arm
-        if sec == nanosec == 0:  # robot_state_publisher and RViz leave aside what is not newer than what they have
+        if sec == nanosec == 0:  # robot_state_publisher and RViz ignore what is not newer than the last
             sec, nanosec = self._clock.now().seconds_nanoseconds()
         return self._writer.write(sec, nanosec, q)
 
     def publish_result(self, result: Result) -> None:
-        """Publish the result now, and the iterations, in every form that somebody listens to, when there is time."""
+        """Publish the result now, and what people look at later, on every topic that has subscribers."""
         if self._result.heard:
             self._result.publish(result_message(result, self._name))
         if result.solution is not None and (result.solution.trace is not None or self._wants_contact(result)):
@@ -97,7 +97,7 @@ class Publishers:
         return self._contacts.heard and result.room is not None
 
     def _report(self, result: Result) -> None:
-        """Publish contact and iterations of an answer."""
+        """Publish contact and iterations of a result."""
         if self._wants_contact(result):
             self._contacts.publish(contact_markers(result))
         if result.solution.trace is None:

@@ -1,4 +1,4 @@
-"""An answer as diagnostic statuses: one for ~/result, one per iteration for ~/iterations."""
+"""A result as diagnostic statuses: one for ~/result, one per iteration for ~/iterations."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def result_message(result: Result, node_name: str) -> DiagnosticArray:
 
 
 def _result_values(result: Result) -> dict[str, Any]:
-    """Figures of a result: the solver's where it was asked, and what every target has."""
+    """Return the figures of a result: those of the solver, if it was called, and those of every target."""
     return {
         'outcome': result.outcome,
         'method': result.method,
@@ -79,7 +79,7 @@ def _figures(result: Result) -> dict[str, Any]:
 
 
 def _contact_figures(result: Result) -> dict[str, Any]:
-    """Return the clearance; if contact is why there is no solution, what touches and the least bad configuration."""
+    """Return the clearance; if contact prevents a solution, also what touches and the best configuration."""
     if not result.touching:
         return {'clearance': result.clearance}
     least_bad = ' '.join(str(value) for value in result.solution.q.tolist())
@@ -87,7 +87,7 @@ def _contact_figures(result: Result) -> dict[str, Any]:
 
 
 def _command_figures(result: Result) -> dict[str, Any]:
-    """Return what was published, and what kept it from being the solution itself."""
+    """Return what was published, and why it is not the solution itself."""
     command = result.command
     if command is None:
         return {'published': NOTHING}

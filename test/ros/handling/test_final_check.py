@@ -1,4 +1,4 @@
-"""The last check lets good answers through and stops every other, whatever the solver calls them."""
+"""The final check lets good solutions through and stops all others, whatever the solver calls them."""
 
 from __future__ import annotations
 

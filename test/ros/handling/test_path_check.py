@@ -1,4 +1,4 @@
-"""The last check of a motion lets good ones out, and finds each fault."""
+"""The final check of a motion lets good ones pass and finds each fault."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def test_an_answer_that_is_wrong_for_one_tip_does_not_go_out(monkeypatch, wrong,
     pose, frame = (np.linalg.inv(right) @ left, TIPS[1]) if relative else (left, '')
     result = tips.handle(0, target_of(pose, frame))
     assert (result.outcome, result.status) == ('failed', 'internal_error')
-    assert 'last check' in result.reason
+    assert 'final check' in result.reason
     assert result.command is None
 
 
