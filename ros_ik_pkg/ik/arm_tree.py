@@ -1,4 +1,4 @@
-"""ArmTree: two tips of one robot, such as two arms on a torso, as two chains over one set of joints."""
+"""ArmTree: two tips of one robot, such as those of two arms on a torso, as two chains over one set of joints."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ArmTree:
     joint_names : tuple of str
         The joints of the first arm from base to tip, then those of the second that the first does not have.
     lower, upper, velocity_limits, acceleration_limits, jerk_limits, wraps, home : (n,) arrays
-        As those of an Arm; of the limits of a joint that both arms have, the narrower ones.
+        As those of an Arm; the narrower limits count for a joint of both arms.
     srdf, meshes
         As `load_tree` was given them.
 
@@ -102,7 +102,7 @@ class ArmTree:
 
     @cached_property
     def contacts(self) -> Contacts:
-        """What of the robot can touch, with both arms moving; its shapes are loaded at the first use."""
+        """The shapes of the robot for contact, with both arms moving; loaded at first use."""
         arm = self.arms[0]
         return Contacts(arm.tree, arm.model, self.base_frame, self.joint_names, self.home, self.lower, self.upper,
                         self.srdf, self.meshes)
@@ -126,18 +126,18 @@ class ArmTree:
 
     @cached_property
     def packed(self) -> tuple[np.ndarray, np.ndarray]:
-        """Both chains as the compiled code takes them."""
+        """Both packed chains, for compiled code."""
         first, second = (_pack(self._chain(k)) for k in range(2))
         return first, second
 
     @cached_property
     def packed_relative(self) -> np.ndarray:
-        """The chain from the second tip to the first as the compiled code takes it."""
+        """The packed chain from the second tip to the first, for compiled code."""
         return _pack(self._relative_chain())
 
     @cached_property
     def starts(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where searches for two targets start, and how they are laid out: see `pair_entry.solve_pair`."""
+        """The starts of searches for two targets, and their layout: see `pair_entry.solve_pair`."""
         shared = (self.side == SHARED).any()
         count, group = (MANY_STARTS, GROUP) if shared else (FEW_STARTS, FEW_STARTS)
         chains = self._chain(0), self._chain(1)
@@ -146,7 +146,7 @@ class ArmTree:
 
     @cached_property
     def relative_starts(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where searches start that want the first tip at a pose in the second tip's frame and nothing else."""
+        """The starts of searches for only a relative target: a pose of the first tip in the second tip's frame."""
         chains = self._relative_chain(), self._chain(1)
         starts = make_pair_starts(chains, self.packed_relative, self.packed[1], self.side == SHARED, FEW_STARTS, 1)
         return starts, np.array([1, *self.side])
@@ -158,9 +158,9 @@ class ArmTree:
                         self.lower, self.upper, self.wraps)
 
     def _relative_chain(self) -> Geometry:
-        """Return the chain from the second tip, backwards to where the arms part, and on to the first tip.
+        """Return the chain from the second tip backwards to where the arms separate, and on to the first tip.
 
-        A joint that is passed backwards moves by the opposite of its value: Rz(q)^-1 = Rz(-q).
+        A joint that is passed backwards has the opposite value: Rz(q)^-1 = Rz(-q).
         """
         on, back = self._chain(0), self._chain(1)
         shared = _count_shared(on, back)
@@ -198,7 +198,7 @@ def load_tree(
     Raises
     ------
     ModelError
-        Where the source cannot be found, read or used; the text says what is wrong and where.
+        If the source cannot be found, read or used; the text says what is wrong and where.
 
     """
     names = tuple(tips)
@@ -222,7 +222,7 @@ def load_tree(
 
 
 def _merge(first: Arm, second: Arm, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return what MERGED has of all joints; raises ModelError for a joint that is left without a range."""
+    """Return the merged values of MERGED for all joints; raises ModelError if a joint is left without a range."""
     values = {
         attribute: np.array([
             choose([getattr(arm, attribute)[arm.joint_names.index(name)]
@@ -248,5 +248,5 @@ def _count_shared(one: Geometry, other: Geometry) -> int:
 
 
 def _pack(chain: Geometry) -> np.ndarray:
-    """Return a chain and its reach as compiled code takes them, without starts."""
+    """Return a packed chain with its reach, without starts."""
     return pack_model(chain, make_reach(chain), np.empty((len(chain.lower) + 7, 0), np.float32))

@@ -1,6 +1,6 @@
-"""Compile the solver before it is needed: what most targets need first, the rest beside them.
+"""Compile the solver before it is needed: first what most targets need, the rest in the background.
 
-As a program (`scripts/compile`) it fills the cache: when the package is installed, or for a node that answers already.
+As a program (`scripts/compile`) it fills the cache, after the installation or for a node that already solves targets.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ TWO_CYLINDERS = (
 def warm_up(report: Report = print) -> float:
     """Compile everything, or load it from the cache; return the seconds that it took.
 
-    `report` is called with a sentence if it takes long, as it does once on every machine, and if the compiled code
-    cannot be kept.
+    `report` is called with a sentence if it takes long, as it does once per machine, and if the compiled code cannot
+    be kept.
     """
     began = time.monotonic()
     with _Notice(report, 'half a minute'):
@@ -53,10 +53,10 @@ def warm_up(report: Report = print) -> float:
 
 
 class Compilation:
-    """The compilation of the solver while a node answers: the usual solve at once, the rest at low priority."""
+    """Compiles the solver while a node runs: the usual solve at once, the rest at low priority."""
 
     def __init__(self, report: Report) -> None:
-        """Compile what most targets need, and begin with the rest; return soon if all is in the cache."""
+        """Compile what most targets need, and begin with the rest; return at once if all is in the cache."""
         self._report = report
         self._helper: subprocess.Popen[bytes] | None = None
         self._thread: threading.Thread | None = None
@@ -80,7 +80,7 @@ class Compilation:
         self._thread.start()
 
     def close(self) -> None:
-        """Give up what is not compiled yet."""
+        """Stop compiling."""
         self._closed = True
         if self._helper is not None:
             self._helper.terminate()
@@ -88,7 +88,7 @@ class Compilation:
             self._thread.join()
 
     def _finish(self) -> None:
-        """Wait for the helper, take what it compiled from the cache, and answer with that from now on."""
+        """Wait for the helper, load what it compiled from the cache, and solve with that from now on."""
         began = time.monotonic()
         if self._helper is not None:
             self._helper.wait()
@@ -120,7 +120,7 @@ def compile_small() -> None:
 
 
 class _Notice:
-    """Says that a compilation takes long, and on a terminal how far it is, in one line that moves."""
+    """Reports that a compilation takes long, and on a terminal its progress."""
 
     def __init__(self, report: Report, duration: str) -> None:
         kept = 'once, kept for later starts' if CACHE_FOLDER else 'at every start: nothing can be written to keep it'
@@ -130,7 +130,7 @@ class _Notice:
         self._thread = threading.Thread(target=self._watch, daemon=True)
 
     def __enter__(self) -> None:
-        if all_cached():  # a start can take long even so
+        if all_cached():  # even so a start may take long
             self._done.set()
         self._thread.start()
 
@@ -139,7 +139,7 @@ class _Notice:
         self._thread.join()
 
     def _watch(self) -> None:
-        """Report after a while, then move the line until it is done."""
+        """Report after a while, then update the line of progress until the end."""
         if self._done.wait(NOTICE_AFTER):
             return
         self._report(self._text)
@@ -169,10 +169,10 @@ def main(arguments: list[str] | None = None) -> int:
     if CACHE_FOLDER is None:
         say('nothing can be written to NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')
         return 1
-    with (CACHE_FOLDER / 'lock').open('w') as lock:  # of two at once the second finds what the first compiled
+    with (CACHE_FOLDER / 'lock').open('w') as lock:  # the second of two processes loads what the first compiled
         fcntl.flock(lock, fcntl.LOCK_EX)
         if given.low_priority:
-            compile_small()  # what the node needs beside the usual solve, which it compiles meanwhile
+            compile_small()  # the node needs it too, and compiles only the usual solve itself
             os.nice(LOW_PRIORITY)
         seconds = warm_up(say)
         solve_usual.prepare()

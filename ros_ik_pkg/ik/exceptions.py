@@ -12,7 +12,7 @@ class ModelError(IkError):
     """The robot cannot be loaded: malformed file, unknown frame, unsupported joint, bad limits."""
 
     def __init__(self, text: str) -> None:
-        # It may quote a file, which may be of any length.
+        # The text may quote a file of any length.
         super().__init__(text if len(text) <= MAX_TEXT else f'{text[:MAX_TEXT]}... ({len(text)} characters)')
 
 
@@ -21,7 +21,7 @@ class OptionError(IkError):
 
 
 class NotCompiledError(IkError):
-    """A solve needs what is still being compiled (see `compilation.Compilation`)."""
+    """A solve needs code that is still being compiled (see `compilation.Compilation`)."""
 
 
 class ArgumentError(IkError):

@@ -18,14 +18,14 @@ from ros_ik_pkg.methods import BY_NAME, DEFAULT, METHODS, TABLE
 CHOICES = ('first', 'nearest', 'all')
 TASK_FRAMES = ('base', 'tip')
 GEOMETRIES = ('convex', 'mesh')
-# [m] by which the search keeps further from contact than asked: coal, which has a tolerance, then agrees with it
+# [m] added to the margin in the search, so that coal agrees with it in spite of its tolerance
 FURTHER = 2e-5
 NULL_SPACES = ('none', 'posture', 'limits', 'manipulability', 'clearance')
 
 
 @dataclass(frozen=True)
 class Option:
-    """Declaration of one tunable; `ros_name` differs from `name` where a method owns it (dls.damping)."""
+    """Declaration of one tunable; `ros_name` differs from `name` if a method owns it (dls.damping)."""
 
     name: str
     ros_name: str
@@ -248,7 +248,7 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     numbers: np.ndarray = dataclass_field(init=False, repr=False, compare=False)
 
     def __new__(cls, *_: Any, **values: Any) -> SolveOptions:
-        """Refuse a name that is none of these with those that come close."""
+        """Refuse an unknown name, with similar ones as a suggestion."""
         names = [spec.name for spec in OPTIONS]
         for name in values:
             if name not in names:
@@ -263,7 +263,7 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
         object.__setattr__(self, 'numbers', self._numbers())
 
     def _numbers(self) -> np.ndarray:
-        """Give the options as compiled code takes them: the fields of `Tuning`, then the lists."""
+        """Return the options for compiled code: the fields of `Tuning`, then the lists."""
         words: dict[str, tuple[str, ...]] = {
             'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES
         }  # fmt: skip

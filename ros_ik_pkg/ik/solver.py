@@ -83,7 +83,7 @@ def solve(
     trace : bool
         Whether to keep every iterate.
     world : World, optional
-        What the arm must stay clear of besides itself, if avoid_collisions is on and the robot has shapes.
+        What the arm must not touch besides itself, if avoid_collisions is on and the robot has shapes.
 
     Returns
     -------
@@ -150,7 +150,7 @@ def _solve_at_length(
     arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool,
     room: Room | None,
 ) -> Solution:
-    """Solve where more is wanted than one answer from one seed, or where the answers that were found may touch."""
+    """Solve if more is wanted than one solution from one seed, or if the solutions that were found may touch."""
     if one_target is solve_usual.compiled:
         raise NotCompiledError(STILL_COMPILING)
     n = arm.n
@@ -180,10 +180,11 @@ def take_best(
     look_at: Callable[[np.ndarray, np.ndarray, np.ndarray], None], options: SolveOptions, room: Room,
     touching: np.ndarray, row: np.ndarray,
 ) -> None:
-    """Write to `row` the first configuration of `touching` (k, n) that coal finds clear after all, for the search is
-    never wrong about what is clear, but now and then about what touches; else the one that touches least.
+    """Write the first configuration of `touching` (k, n) that is clear by coal to `row`, or else the one that touches
+    least.
 
-    `look_at` writes a configuration and its figures, by these numbers of SolveOptions, to a row.
+    The search uses a lower bound of distances, so what it calls clear is clear, but what it says touches may be clear.
+    `look_at(q, numbers, row)` writes q and its figures to a row, by these numbers of SolveOptions.
     """
     meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
     clear = next((q for q in touching if room.is_clear(q, margin, meshes)), None)
@@ -292,8 +293,10 @@ def solve_batch(
 
 
 def as_array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Return the value as compiled code takes it, a float64 array of the given shape (None: any length), or raise
-    ArgumentError. What is one already is not copied."""
+    """Return the value as a contiguous float64 array of the given shape (None: any length), or raise ArgumentError.
+
+    An array that fits already is not copied.
+    """
     array = value
     if type(value) is not ndarray or value.dtype is not FLOAT or not value.flags.carray:
         try:
@@ -314,11 +317,11 @@ def _rows(values: Any, count: int, n: int, name: str) -> np.ndarray:
     rows = as_array(values if np.ndim(values) == 2 else [values], name, (None, n))
     if len(rows) not in (1, count):
         raise ArgumentError(f'{name} has {len(rows)} rows; expected {count}, one for each target, or one for all')
-    return np.broadcast_to(rows, (count, n)).flatten()  # a copy: the compiled code takes no read-only array
+    return np.broadcast_to(rows, (count, n)).flatten()  # a copy, because the compiled code takes no read-only array
 
 
 def _argument_error(arm: Arm, options: SolveOptions, target: Any, seed: Any, reference: Any) -> ArgumentError:
-    """Say which argument the compiled check refused."""
+    """Return an error that names the argument that the compiled check refused."""
     try:
         options.check_lengths(arm.n)
         pose = as_array(target, 'target', POSE)
@@ -341,7 +344,7 @@ def _chunks(count: int, threads: int) -> Iterator[slice]:
 
 
 def _trace(rows: np.ndarray, count: int, n: int) -> Trace:
-    """Cut the rows that were written into their parts."""
+    """Return the trace in the rows that were written."""
     used = rows[:count].copy()
     return Trace(
         used[:, :TRACE_WIDTH], used[:, TRACE_WIDTH : TRACE_WIDTH + n], used[:, TRACE_WIDTH + n :], count > len(rows)

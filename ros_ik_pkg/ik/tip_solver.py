@@ -1,4 +1,4 @@
-"""The public call for two tips: check what came in, run the compiled search, say what came out."""
+"""The public call for two tips: check the arguments, run the compiled search, return the result."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def solve_tips(
     Raises
     ------
     ArgumentError
-        Where an argument has the wrong shape, is not finite or is not a pose.
+        If an argument has the wrong shape, is not finite or is not a pose.
     OptionError
         If an objective for the null space is asked for.
 
@@ -113,7 +113,7 @@ def prepare_tips() -> None:
 def _argument_error(
     arms: ArmTree, options: SolveOptions, first: np.ndarray, second: np.ndarray, seed: np.ndarray, reference: np.ndarray
 ) -> Exception:
-    """Say which argument the compiled check refused."""
+    """Return an error that names the argument that the compiled check refused."""
     try:
         options.check_lengths(arms.n)
     except OptionError as error:

@@ -35,7 +35,7 @@ class Obstacle:
     touches : tuple of str
         Links besides that one that it may touch, such as the fingers that hold it.
 
-    Raises ArgumentError if the size or the pose is none.
+    Raises ArgumentError if the size or the pose is invalid.
 
     """
 
@@ -59,7 +59,7 @@ class Obstacle:
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """What an arm must stay clear of. It does not change: make a new one for a changed room.
+    """What an arm must not touch. It does not change: make a new World for a changed room.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ def _check_obstacles(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
 
 
 def _check_pose(pose: Any) -> np.ndarray:
-    """Return a pose (4, 4) that is one, or raise ArgumentError."""
+    """Return a valid pose (4, 4), or raise ArgumentError."""
     matrix = np.array(pose, dtype=np.float64)
     if matrix.shape != (4, 4) or not np.all(np.isfinite(matrix)):
         raise ArgumentError('its pose is not a finite (4, 4) matrix')

@@ -34,14 +34,14 @@ def _njit(function: Callable[..., Any], **options: Any) -> Any:
 
 def compiled(function: Function, **options: Any) -> Function:
     """Decorate a function that Python calls; it may allocate."""
-    dispatcher: Any = _njit(function, **{'forceinline': False, **options})  # else callers decide
+    dispatcher: Any = _njit(function, **{'forceinline': False, **options})  # else the callers' setting applies
     if CACHE_FOLDER is not None:
         _enable_cache(dispatcher, CACHE_FOLDER)
     return dispatcher
 
 
 def _enable_cache(dispatcher: Any, folder: Path) -> None:
-    """Cache a function in a folder, if this Numba has the usual cache interface."""
+    """Cache the code of a function in a folder, if this Numba has the usual cache interface."""
     try:
         from ros_ik_pkg.ik.kernel.disk_cache import cache_in
 
@@ -77,9 +77,9 @@ def inlined(function: Function) -> Function:
 
 
 def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
-    """Return a decorator: the function is compiled in place of `part` where an argument of it is such a named tuple.
+    """Return a decorator: its function replaces `part` in calls that pass a `record` (a named tuple).
 
-    The choice is made by the types while a caller compiles, so callers with other records do not notice.
+    The choice is made from the types when the caller is compiled, so other calls of `part` are not affected.
     """
 
     def decorate(function: Function) -> Function:
@@ -93,7 +93,7 @@ def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
             part.overloads[types] = variant.overloads[types]
             return entry
 
-        part.compile = choose  # Numba asks it for the code that it has not looked up yet
+        part.compile = choose  # Numba calls it for types that it has not compiled yet
         return variant
 
     return decorate

@@ -1,4 +1,4 @@
-"""The records that the compiled functions hand to each other: named tuples of arrays and numbers.
+"""The records that compiled functions pass to each other: named tuples of arrays and numbers.
 
 An arm is passed as one flat array, because every array argument of compiled code costs 0.06 us; `unpack_model`
 makes views of its parts.
@@ -22,8 +22,8 @@ TRACE_WIDTH = len(TRACE_COLUMNS)
 HEADER = 3  # numbers before the parts of a packed arm
 
 
-# Shapes of arrays: nj joints, n variables. Blocks of memory hold the arrays of one shape side by side, and the records
-# below say how many there are of each.
+# Shapes of arrays: nj joints, n variables. A block of memory holds all arrays of one shape, and the fields of the
+# records below give their number.
 PerJoint = Annotated[np.ndarray, '(nj,)']
 PerVariable = Annotated[np.ndarray, '(n,)']
 ByColumn = Annotated[np.ndarray, '(n, 6)']
@@ -104,7 +104,7 @@ class Task(NamedTuple):
 
 
 class Preferences(NamedTuple):
-    """Which of several solutions is preferred, and what no solution may touch."""
+    """Which of several solutions is preferred, and which contacts are not allowed."""
 
     reference: np.ndarray  # (n,) from which distances, jumps and whole turns are measured [rad, m]
     joint_weights: np.ndarray  # (n,), or (0,) if the option is unset
@@ -120,7 +120,7 @@ class Solutions(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """What forward kinematics computes of the joints; the last three are padded to whole blocks of sincos.py."""
+    """Results of forward kinematics for each joint; the last three are padded to whole blocks of sincos.py."""
 
     axes: np.ndarray  # (nj, 6) axis and a point of each
     values: np.ndarray  # [rad, m]
@@ -129,7 +129,7 @@ class Joints(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """The memory of a search, created once for many targets."""
+    """The memory of a search; one serves many targets."""
 
     joints: Joints
     columns: ByColumn  # Jacobian by columns
@@ -155,7 +155,7 @@ class Workspace(NamedTuple):
 
 
 class Recorder(NamedTuple):
-    """Receives the iterates of a trace; it has no rows if no trace is wanted."""
+    """Receives the iterates of a trace; it has no rows without one."""
 
     rows: np.ndarray  # (k, TRACE_WIDTH + n + 3)
     written: np.ndarray  # (1,) number of iterates, also beyond the rows
@@ -179,8 +179,8 @@ def pack_model(geometry: Geometry, reach: Reach, starts: np.ndarray) -> np.ndarr
 
 @inlined
 def unpack_model(model):
-    """Return Geometry, Reach and starts, views of what pack_model packed. To be called by kernels only: the views are
-    not counted as references."""
+    """Return Geometry, Reach and starts as views of what pack_model packed. For kernels only, because the views do not
+    count as references."""
     n, joints, m = int(model[0]), int(model[1]), int(model[2])
     a = HEADER + 12 * (joints + 1)
     b = HEADER + 12 * (joints + 1) + GEOMETRY_JOINTS * joints
@@ -205,20 +205,20 @@ def packed_size(model):
 
 @inlined
 def blocks(joints):
-    """Return how many angles sincos.py computes for a number of joints: whole blocks."""
+    """Return the number of angles that sincos.py computes for a number of joints, in whole blocks."""
     return (joints + BLOCK - 1) // BLOCK * BLOCK
 
 
 @inlined
 def joints_size(model):
-    """Return how many numbers make_joints cuts up for a packed arm."""
+    """Return how many float64 make_joints needs for a packed arm."""
     joints = int(model[1])
     return 6 * joints + 3 * blocks(joints)
 
 
 @inlined
 def make_joints(model, memory):
-    """Cut the Joints of a packed arm from a block of memory; to be called by kernels only."""
+    """Return the Joints of a packed arm in a block of memory; for kernels only."""
     joints = int(model[1])
     angles = shaped(memory, 6 * joints, (3, blocks(joints)))
     return Joints(shaped(memory, 0, (joints, 6)), angles[0], angles[1], angles[2])
@@ -234,17 +234,16 @@ PER_VARIABLE = 6 * (BY_COLUMN + BY_ROW) + VECTORS + 1  # and one answer (n,)
 
 @inlined
 def buffer_size(model):
-    """Return how many numbers make_records cuts up for a packed arm."""
+    """Return how many float64 make_records needs for a packed arm."""
     return FIXED + PER_VARIABLE * int(model[0]) + joints_size(model)
 
 
 @inlined
 def make_records(model, buffer, scores, integers, rows, weighted):
-    """Cut a Workspace, a Recorder that writes to `rows` and one answer (1, n) from three blocks of memory.
+    """Return a Workspace, a Recorder that writes to `rows`, and one answer (1, n), in three blocks of memory.
 
-    `weighted` is how many joint weights there are, n or 0. If `rows` is None, so is the Recorder, and nothing that
-    needs one is compiled (see entry.solve_usual).
-    To be called by kernels only, as unpack_model.
+    `weighted` is the number of joint weights, n or 0. If `rows` is None, so is the Recorder, and no code that needs
+    one is compiled (see entry.solve_usual). For kernels only.
     """
     n = int(model[0])
     a = FIXED
@@ -264,7 +263,7 @@ def make_records(model, buffer, scores, integers, rows, weighted):
         seed=vectors[WORK.seed], null=vectors[WORK.null], went=vectors[WORK.went],
         scales=shaped(vectors, WORK.scales * n, (weighted,)), scores=scores, clock=shaped(integers, 0, (2,)),
     )  # fmt: skip
-    if rows is None:  # Numba drops the other branch of an `if` statement only
+    if rows is None:  # a statement, because Numba does not drop the branches of an `if` expression
         recorder = None
     else:
         recorder = Recorder(

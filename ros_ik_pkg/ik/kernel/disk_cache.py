@@ -1,4 +1,4 @@
-"""Numba's cache of compiled functions, in one folder whose name says what the code was compiled from."""
+"""Numba's cache of compiled functions, in one folder that is named after the code's digest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numba.core import caching
 
 
 def cache_in(folder: Path, not_saved: list[str]) -> Callable[[Callable[..., Any]], Any]:
-    """Return the factory of a function's cache; errors of saving are appended to `not_saved`."""
+    """Return a function that makes the cache of a compiled function; `not_saved` receives errors of saving."""
 
     class Locator(caching._CacheLocator):
         """Numba's own locators look at the path and the time of the one file that holds a function."""

@@ -38,5 +38,5 @@ class FewerCollections(event.Listener):
 
 
 def collect_less() -> None:
-    """Collect less garbage from now on whenever something compiles."""
+    """Collect garbage less often while something compiles, from now on."""
     event.register('numba:compiler_lock', FewerCollections())

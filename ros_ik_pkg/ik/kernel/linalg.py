@@ -11,10 +11,10 @@ import math
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 
 ROWS = 6
-SINGULAR = 1e-14  # pivot over its diagonal element; less is rounding
+SINGULAR = 1e-14  # pivot over its diagonal element, below which the matrix counts as singular
 MAX_SWEEPS = 30
 ORTHOGONAL = 1e-13  # cosine between two rows
-ALMOST = 1e-6  # cosine that one more turn makes orthogonal
+ALMOST = 1e-6  # cosine that one rotation reduces to rounding
 # The pairs of rows, three disjoint ones at a time, so that the processor computes them in parallel.
 FIRST = (0, 2, 4, 0, 1, 3, 0, 1, 2, 0, 1, 2, 0, 1, 3)
 SECOND = (1, 3, 5, 2, 4, 5, 3, 5, 4, 4, 3, 5, 5, 2, 4)
@@ -39,8 +39,8 @@ def fill(into, value):
 def gram(columns, diagonal):
     """Return the lower triangle of J J^T + diag(diagonal), its 21 numbers row by row.
 
-    They are written out, here and below, to stay in registers: of two arrays the compiler cannot tell whether they
-    overlap, so it stores and loads every sum in between.
+    They are written out, here and below, to stay in registers: the compiler cannot tell whether two arrays overlap, so
+    with arrays it would store and load every sum.
     """
     a00, a11, a22, a33, a44, a55 = diagonal
     a10 = a20 = a21 = a30 = a31 = a32 = a40 = a41 = a42 = a43 = a50 = a51 = a52 = a53 = a54 = 0.0
@@ -69,7 +69,7 @@ def lower_triangle(A):
 def factor(a):
     """Return (definite, L, pivots) with A = L diag(pivots) L^T, unit lower triangular L (15 numbers row by row).
 
-    `a` is a lower triangle (21); `definite` says whether A is positive definite, and the rest of any use. Unlike
+    `a` is a lower triangle (21). If A is not positive definite, `definite` is False and the rest is meaningless. Unlike
     Cholesky's factors these need no square roots.
     """
     a00, a10, a11, a20, a21, a22, a30, a31, a32, a33, a40, a41, a42, a43, a44, a50, a51, a52, a53, a54, a55 = a
@@ -121,7 +121,7 @@ def substitute(lower, pivots, b):
 
 @kernel
 def svd(columns, U, W, sigma):
-    """Do what svd_of_rows says for six rows."""
+    """Write the SVD of six rows; see svd_of_rows."""
     svd_of_rows(ROWS, (FIRST, SECOND), columns, U, W, sigma)
 
 
@@ -129,8 +129,8 @@ def svd(columns, U, W, sigma):
 def svd_of_rows(rows, pairs, columns, U, W, sigma):
     """Write J = U diag(sigma) V^T with U (rows, rows) by rows u_i, and W (rows, n) with rows sigma_i v_i; sigma falls.
 
-    One-sided Jacobi (Hestenes 1958): rows of J are turned in pairs until they are orthogonal. Small singular
-    values come out to full relative precision, and any rank will do, 0 included.
+    One-sided Jacobi (Hestenes 1958): rows of J are rotated in pairs until they are orthogonal. Small singular values
+    have full relative precision, and J may have any rank, 0 included.
     """
     n = len(columns)
     for r in range(rows):
@@ -139,7 +139,7 @@ def svd_of_rows(rows, pairs, columns, U, W, sigma):
         for c in range(rows):
             U[r, c] = 1.0 if r == c else 0.0
     for _ in range(MAX_SWEEPS):
-        if not _sweep(rows, pairs, n, U, W, sigma) > ALMOST * ALMOST:  # the sweep that saw this left the square of it
+        if not _sweep(rows, pairs, n, U, W, sigma) > ALMOST * ALMOST:  # a sweep squares the cosines
             break
     for r in range(rows):
         sigma[r] = math.sqrt(_square(n, W, r))
@@ -157,10 +157,10 @@ def _square(n, W, r):
 
 @kernel
 def _sweep(rows, pairs, n, U, W, squares):
-    """Make every pair of rows of W orthogonal once; return the square of the largest cosine that there was.
+    """Rotate each pair of rows of W once to make it orthogonal; return the square of the largest cosine before.
 
-    Rows whose square is below NOTHING of the whole are rounding and would never be orthogonal. `squares` (rows,) keeps
-    those of the rows up to date.
+    Rows whose square is below NOTHING times the sum are rounding and would never become orthogonal. `squares` (rows,)
+    holds the squares of the rows.
     """
     total, largest = 0.0, 0.0
     for r in range(rows):

@@ -1,7 +1,7 @@
-"""What the solver uses of Numba's internals, or plain Numba if a version of it lacks them.
+"""The functions that use Numba's internals, or their versions in plain Numba if a release of Numba lacks the internals.
 
-The versions from TESTED[0] to TESTED[1] have them. With another version they are tried when the package is imported,
-which takes a third of a second. ROS_IK_PLAIN_NUMBA=1 always uses plain Numba: the same answers, but slower.
+The releases from TESTED[0] to TESTED[1] have them. With another release they are tried at import, which takes a third
+of a second. ROS_IK_PLAIN_NUMBA=1 always selects plain Numba, which is slower and gives the same results.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ TESTED = (0, 60), (0, 68)
 
 
 def _why_plain() -> str:
-    """Return why plain Numba is used; empty if it is not."""
+    """Return why plain Numba is used, or '' if it is not."""
     if os.environ.get('ROS_IK_PLAIN_NUMBA', '0') not in ('', '0'):
         return 'ROS_IK_PLAIN_NUMBA is set'
     try:
@@ -30,7 +30,7 @@ def _why_plain() -> str:
 
 
 def _try_out() -> None:
-    """Raise an error if a function that uses all of it does not compile or returns something else."""
+    """Raise an error if a function that uses all internals does not compile or returns wrong numbers."""
     from ros_ik_pkg.ik.kernel.array_views import on_stack, shaped
     from ros_ik_pkg.ik.kernel.disk_cache import cache_in
     from ros_ik_pkg.ik.kernel.llvm_hints import on_its_own, small_loops

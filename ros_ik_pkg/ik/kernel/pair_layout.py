@@ -1,6 +1,6 @@
-"""The records of two chains that move by the same variables, each chain with a task of its own.
+"""The records of two chains over the same variables, each chain with its own task.
 
-Compiled code chooses its variants for a pair by these types (see `compiled.variant_of`).
+These types select the variants of compiled functions for a pair (see `compiled.variant_of`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ ROWS = 12  # of both tasks, one below the other
 
 
 class PairGeometry(NamedTuple):
-    """Two chains over n variables; those of both chains have limits and whole turns as one."""
+    """Two chains over n variables, which have one set of limits."""
 
     first: Geometry
     second: Geometry
@@ -35,7 +35,7 @@ class PairReach(NamedTuple):
 
 
 class PairTask(NamedTuple):
-    """What is asked for of both chains."""
+    """The tasks of both chains."""
 
     first: Task
     second: Task
@@ -44,7 +44,7 @@ class PairTask(NamedTuple):
 
 
 class PairStarts(NamedTuple):
-    """Where searches start: within a group the shared variables are the same, so its arms combine freely."""
+    """The starts of searches: within a group the shared variables are the same, so the arms combine freely."""
 
     q: np.ndarray  # (n, m) float32 [rad, m]
     first: np.ndarray  # (7, m) float32: position and quaternion of the first tip in the base frame
@@ -56,9 +56,9 @@ class PairStarts(NamedTuple):
 
 
 class PairWorkspace(NamedTuple):
-    """Everything that a search for a pair writes to: both tips' workspaces, and their rows as one system.
+    """The memory of a search for a pair: the workspaces of both tips, and their rows as one system.
 
-    The fields are those of Workspace, but for those that the null space and a trace need.
+    The fields are those of Workspace, without those for the null space and a trace.
     """
 
     first: Workspace  # its q and dq are those of the pair
@@ -89,20 +89,20 @@ VECTORS = 7
 
 @inlined
 def pair_memory_size(first, second):
-    """Return how many numbers make_pair_workspace cuts up."""
+    """Return how many float64 make_pair_workspace needs."""
     n = int(first[0])
     return SYSTEM + n * (2 * ROWS + VECTORS) + tip_size(first) + tip_size(second)
 
 
 @inlined
 def tip_size(model):
-    """Return how many numbers the workspace of one tip needs."""
+    """Return how many float64 the workspace of one tip needs."""
     return joints_size(model) + 12 * int(model[0]) + 18
 
 
 @inlined
 def make_pair_workspace(first, second, memory, scores, integers, weighted):
-    """Cut a PairWorkspace from a block of memory; to be called by kernels only, as unpack_model."""
+    """Return a PairWorkspace in a block of memory; for kernels only."""
     n = int(first[0])
     rows, squares = shaped(memory, 0, (5, ROWS)), shaped(memory, 5 * ROWS, (2, ROWS, ROWS))
     a = SYSTEM + 2 * ROWS * n
@@ -121,7 +121,7 @@ def make_pair_workspace(first, second, memory, scores, integers, weighted):
 
 @inlined
 def make_tip(model, memory, vectors, scores, clock):
-    """Cut the workspace of one tip, without what only its own system would need."""
+    """Return the workspace of one tip, without the memory for a system of its own."""
     n, a = int(model[0]), joints_size(model)
     by_column, sixes = shaped(memory, a, (2, n, 6)), shaped(memory, a + 12 * n, (3, 6))
     none, no_square = shaped(memory, 0, (0,)), shaped(memory, 0, (0, 0))

@@ -1,8 +1,8 @@
-"""Parts of compiled functions: translated to LLVM's language once, optimised and made executable in what calls them.
+"""Parts of compiled functions: translated to LLVM IR once, but optimised and made executable only within their callers.
 
-Numba makes every function that it meets ready to run on its own, with a wrapper for Python, although most are only
-called by other compiled functions; LLVM then optimises a function again in each of its callers. That takes two thirds
-of the time in which a solver of a hundred small functions compiles.
+Numba makes every function executable by itself, with a wrapper for Python, although most are only called by other
+compiled functions; LLVM then optimises a function again in each of its callers. For a solver of a hundred small
+functions that takes two thirds of the compile time.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ def unliteral(argument: Any) -> Any:
 
 
 class PartLibrary(JITCodeLibrary):
-    """The code of one function as it was translated."""
+    """The LLVM IR of one function."""
 
     def finalize(self) -> None:
-        """Close the library: what links it optimises it."""
+        """Close the library without optimising it: libraries that link it do that."""
         self._finalized = True
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class OfferToCallers(LoweringPass):
-    """Let other compiled functions call and inline this one, with all the parts that it calls itself."""
+    """Lets other compiled functions call and inline this one, together with the parts that it calls."""
 
     _name = 'offer_to_callers'
 
@@ -41,7 +41,7 @@ class OfferToCallers(LoweringPass):
         LoweringPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """Register the function at the place that its dispatcher looks up."""
+        """Register the function under the entry point that its dispatcher looks up."""
         place = object()
         state.cr = state.cr._replace(entry_point=place)
         libraries = dict.fromkeys([state.library])
@@ -80,10 +80,10 @@ def make_part(dispatcher: Any, for_python: Callable[..., Any], names: list[str])
     usual_template = dispatcher.get_call_template
 
     def template(arguments: Any, named: Any) -> Any:
-        """Compile for int64, not once for each integer constant that is passed: LLVM inlines the constant anyway."""
+        """Compile for int64, not for each integer constant that is passed: LLVM propagates the constants anyway."""
         values = {name: unliteral(value) for name, value in named.items()}
         return usual_template(tuple(map(unliteral, arguments)), values)
 
     dispatcher.add_overload = keep
     dispatcher.get_call_template = template
-    dispatcher._compile_for_args = lambda *_, **__: for_python  # Numba asks it what to call
+    dispatcher._compile_for_args = lambda *_, **__: for_python  # Numba calls the function that it returns

@@ -38,8 +38,8 @@ def with_slack_for_both(task, position_slack, orientation_slack):
 
 @variant_of(look_at_error, PairGeometry)
 def look_at_both_errors(geometry, task, work):
-    """Write both errors to the tips' workspaces; return the larger norms of their halves [m, rad], the norm of the
-    weighted whole, and rotations and positions of the tips."""
+    """Write both errors to the tips' workspaces; return the larger norms of their halves [m, rad], the norm of all
+    weighted rows, and rotations and positions of the tips."""
     position, orientation, norm, R, p = look_at_error(geometry.first, task.first, work.first)
     other_position, other_orientation, other_norm, other_R, other_p = look_at_error(
         geometry.second, task.second, work.second
@@ -58,7 +58,8 @@ def look_around_both(geometry, task, R, p, work):
 
 @variant_of(keep_slack, PairTask)
 def keep_slack_of_both(task, work):
-    """Take the halves of the errors that the step dq would lead out of their slack; return whether there were any."""
+    """Add the halves of the errors to the system that the step dq would bring out of their slack; return whether there
+    are any."""
     first, second = keep_slack(task.first, work.first), keep_slack(task.second, work.second)
     if first or second:
         stack(work)

@@ -18,7 +18,7 @@ A = (-1.0 / 3.0, 1.0 / 5.0, -1.0 / 7.0, 1.0 / 9.0, -1.0 / 11.0, 1.0 / 13.0)
 
 
 def pose_matrix(px, py, pz, x, y, z, w):
-    """Return the pose (4, 4) of a position [m] and a quaternion of any length but zero."""
+    """Return the pose (4, 4) of a position [m] and a quaternion, which need not have unit length."""
     pose = np.zeros((4, 4))
     write_pose(pose, px, py, pz, x, y, z, w)
     return pose
@@ -56,7 +56,7 @@ def rotation_log(R):
     if w < 0.0:
         w, x, y, z = -w, -x, -y, -z
     square = x * x + y * y + z * z
-    if square < SMALL * w * w:  # the usual case, in a third of the time
+    if square < SMALL * w * w:  # a third of the time, for the usual case
         t = square / (w * w)
         scale = (2.0 / w) * (1.0 + t * (A[0] + t * (A[1] + t * (A[2] + t * (A[3] + t * (A[4] + t * A[5]))))))
     else:

@@ -10,8 +10,8 @@ from ros_ik_pkg.ik.kernel.linalg import ROWS
 from ros_ik_pkg.ik.kinematics.forward import fill_columns, walk
 from ros_ik_pkg.ik.kinematics.pose_error import twist_error
 
-AIM = 0.5  # of a tolerance: an error beyond it is brought to the middle between its bound and zero
-EDGE = 0.9  # of a slack: how far out a step may lead that would leave it
+AIM = 0.5  # share of a tolerance to which a step reduces an error beyond it
+EDGE = 0.9  # share of a slack up to which a step may lead that would otherwise leave it
 
 
 @inlined
@@ -27,7 +27,7 @@ def make_task(T, weights, tolerances, in_tip_axes):
 
 @inlined
 def with_slack(task, position_slack, orientation_slack):
-    """Return the task of coming within these distances [m, rad] of the pose, instead of onto it."""
+    """Return the task of coming within these distances [m, rad] of the pose."""
     return Task(
         task.R, task.p, task.weights, task.tolerances, task.in_tip_axes, 0.0, position_slack, orientation_slack
     )
@@ -53,7 +53,7 @@ def look(geometry, task, work):
 
 @inlined
 def look_at_error(geometry, task, work):
-    """Do the first half of `look`, the error; return rotation and position of the tip too."""
+    """Do the first half of `look`, the error; return also rotation and position of the tip."""
     R, p = walk(geometry, work.q, work.joints)
     position_error, orientation_error, norm = measure(task, R, p, work)
     return position_error, orientation_error, norm, R, p
@@ -61,7 +61,7 @@ def look_at_error(geometry, task, work):
 
 @inlined
 def look_around(geometry, task, R, p, work):
-    """Do the second half of `look`: the Jacobian where the tip is at (R, p)."""
+    """Do the second half of `look`, the Jacobian; the tip is at (R, p)."""
     fill_columns(geometry, work.joints.axes, p, work.columns)
     shape_columns(task, R, work.weights, work.columns)
     if task.position_slack > 0.0:
@@ -96,7 +96,7 @@ def measure_rows(task, work):
     for r in range(ROWS):
         size, bound, weight = abs(work.e[r]), task.tolerances[r], task.weights[r]
         excess = max(0.0, size - bound) if size == size else size
-        # Within its tolerance a row is free, and leaves the system.
+        # A row within its tolerance is free and leaves the system.
         work.weights[r] = 0.0 if bound > 0.0 and excess == 0.0 else weight
         work.e[r] = work.weights[r] * math.copysign(excess + AIM * bound, work.e[r])
         weighted = weight * weight * excess * excess
@@ -119,11 +119,11 @@ def beyond(length, slack):
 
 @kernel
 def ease_rows(first, slack, looser, work):
-    """Let one half of the error, from row `first` on, be as long as the slack.
+    """Apply the slack to one half of the error, from row `first` on.
 
-    Within the slack its rows leave the system for one row, the length of the error, which waits in work.trial and
-    work.y until `keep_slack` takes it in, because a step would lead out of the slack. Beyond the slack the step brings
-    the length to AIM of the slack, by that row alone if the half is the `looser` one.
+    Within the slack its rows leave the system. One row, the length of the error, is kept in work.trial and work.y;
+    `keep_slack` adds it to the system if a step would leave the slack. Beyond the slack, a step reduces the length to
+    AIM of the slack, by that row alone if the half is the `looser` one.
     """
     square, plain = 0.0, 0.0
     for r in range(first, first + 3):
@@ -154,7 +154,7 @@ def ease_rows(first, slack, looser, work):
 
 @kernel
 def take_row(first, work):
-    """Take the row that ease_rows made into the system."""
+    """Add the row that ease_rows made to the system."""
     for i in range(len(work.columns)):
         work.columns[i, first] = work.trial[i, first]
     work.e[first], work.weights[first], work.y[first + 1] = work.y[first], 1.0, -math.inf
@@ -162,8 +162,8 @@ def take_row(first, work):
 
 @kernel
 def keep_slack(task, work):
-    """Take those halves of the error into the system that the step dq would lead out of their slack; return whether
-    there were any."""
+    """Add the halves of the error to the system that the step dq would bring out of their slack; return whether there
+    are any."""
     some = False
     for first in (0, 3):
         if (task.position_slack if first == 0 else task.orientation_slack) > 0.0:
@@ -178,8 +178,8 @@ def keep_slack(task, work):
 
 @kernel
 def turn_into_axes(task, vector):
-    """Turn both halves of a vector (6,) from base axes into those of the task: the tip frame's at the target, if
-    not the base frame's. A rotation error has the same components in the tip frame as it is."""
+    """Turn both halves of a vector (6,) from base axes into the axes of the task: those of the target, or of the base
+    frame. A rotation error has the same components in the axes of the target and of the present tip frame."""
     if task.in_tip_axes == 0.0:
         return
     R = task.R
@@ -191,7 +191,7 @@ def turn_into_axes(task, vector):
 
 @inlined
 def shape_columns(task, R, weights, columns):
-    """Make a Jacobian by columns (n, 6) that of the task's rows at these weights; R is the rotation of the tip."""
+    """Turn a Jacobian by columns (n, 6) into that of the weighted rows of the task; R is the rotation of the tip."""
     if not task.plain:
         shape_rows(task, R, weights, columns)
 
@@ -200,10 +200,10 @@ def shape_columns(task, R, weights, columns):
 def shape_rows(task, R, weights, columns):
     """Implement `shape_columns`.
 
-    If the orientation rows have different weights, theirs is the derivative of the logarithm: with phi = log(R* R^T),
+    If the orientation rows have different weights, their Jacobian is the derivative of phi = log(R* R^T):
     d phi = -(w + phi x w / 2 + c phi x (phi x w)) dt, c = 1 / |phi|^2 - (1 + cos|phi|) / (2 |phi| sin|phi|)
     (Chirikjian 2011, inverse right Jacobian of SO(3)). With equal weights the step is the same without it, because
-    that matrix maps phi to itself.
+    this matrix maps phi to itself.
     """
     _, _, _, x, y, z = twist_error(task.R, task.p, R, task.p)
     c, weighed_apart = log_curvature(x * x + y * y + z * z), apart(task)
