@@ -1,10 +1,11 @@
 """Jacobian inverse kinematics without ROS: load an arm, solve poses, see every iteration."""
 
-from ros_ik_pkg.ik.arm import Arm, load_arm
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.arm_tree import ArmTree, load_tree
 from ros_ik_pkg.ik.compilation import Compilation, warm_up
 from ros_ik_pkg.ik.contacts.judge import Contact
 from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, NotCompiledError, OptionError
+from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
 from ros_ik_pkg.ik.path.path_options import PATH_OPTIONS, PathOptions

@@ -1,10 +1,9 @@
-"""Arm: one base-to-tip chain of a robot, from URDF or DH to a Pinocchio model and flat arrays."""
+"""Arm: one base-to-tip chain of a robot, as a Pinocchio model and flat arrays."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
@@ -17,11 +16,7 @@ from ros_ik_pkg.ik.contacts.contacts import Contacts
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
 from ros_ik_pkg.ik.kernel.data_layout import Geometry, Reach, pack_model
 from ros_ik_pkg.ik.kinematics.forward import forward_kinematics, geometric_jacobian
-from ros_ik_pkg.ik.model.chain import make_chain
-from ros_ik_pkg.ik.model.default_tip import default_tip
-from ros_ik_pkg.ik.model.joint_limits import limit_joints
-from ros_ik_pkg.ik.model.pinocchio_model import build_model, carrier_of, frame_id, joint_id, placements_of
-from ros_ik_pkg.ik.model.sources import read_tree
+from ros_ik_pkg.ik.model.pinocchio_model import carrier_of, frame_id, joint_id
 from ros_ik_pkg.ik.model.tool import read_tool
 from ros_ik_pkg.ik.model.tree import Joint, Tree
 from ros_ik_pkg.ik.search.moved_tip import moved_reach, moved_starts
@@ -42,18 +37,18 @@ class Arm:
     joint_names : tuple of str
         Names of the n variables, from base to tip.
     lower, upper : (n,) arrays
-        Limits [rad, m]; -inf and inf where unbounded.
+        Limits [rad, m]; -inf and inf for unlimited joints.
     velocity_limits : (n,) array
-        [rad/s, m/s]; inf where unknown.
+        [rad/s, m/s]; inf if unknown.
     acceleration_limits, jerk_limits : (n,) arrays
         [rad/s^2, m/s^2] and [rad/s^3, m/s^3] of `joint_limits`; inf if unknown.
     wraps : (n,) int64 array
-        1 where a whole turn of the variable changes nothing and fits between the limits.
+        1 if a whole turn of the variable changes nothing and fits between the limits.
     home : (n,) array
-        Configuration of the file, else zero or, where zero is not inside the limits, their middle.
+        Configuration of the file, else zero, or the middle of the limits if they exclude zero.
     placements : (nj + 1, 12) array
         Row k: rotation (row-major) and translation from the frame after joint k-1 (k = 0: base frame) to
-        joint k before it moves, its axis along z; the last row leads on to the tip frame.
+        joint k before it moves, its axis along z; the last row leads to the tip frame.
     prismatic, variable : (nj,) int64 arrays
     multiplier, offset : (nj,) arrays
         Value of joint k: multiplier[k] * q[variable[k]] + offset[k].
@@ -61,9 +56,9 @@ class Arm:
         The whole robot: links as BODY frames; every joint's axis is its local z, one q each, fixed joints
         folded, mimic joints free, floating and planar joints locked.
     warnings : tuple of str
-        What is odd about the robot's description and how it was read, and which default was chosen.
+        What is odd about the robot's description, how it was read, and which default was chosen.
     srdf, meshes
-        As `load_arm` was given them.
+        As given to `load_arm`.
     tip_from_tool : (4, 4) array
         Pose of the tool in the tip frame [m]; the identity without one. See `with_tool`.
     tool_frame : str
@@ -108,7 +103,7 @@ class Arm:
             Pose of the tool in the tip frame, whatever tool this arm has: x y z roll pitch yaw about fixed axes
             [m, rad], x y z and a quaternion x y z w, or a matrix. None: no tool.
         frame : str, optional
-            Name of the tool's frame, none of a link; default: `tool`, or `<tip frame>_tool` if a link is called so.
+            Name of the tool's frame, not that of a link; default: `tool`, or `<tip frame>_tool` if that is a link.
 
         """
         pose = read_tool(tool)
@@ -140,7 +135,7 @@ class Arm:
 
     @cached_property
     def geometry(self) -> Geometry:
-        """The chain as the compiled code takes it; the last placement leads on to the tool."""
+        """The chain for compiled code; the last placement leads to the tool."""
         placements = self.placements.copy()
         rotation, translation = placements[-1, :9].reshape(3, 3), placements[-1, 9:]
         turned = rotation @ self.tip_from_tool[:3, :3]
@@ -168,7 +163,7 @@ class Arm:
         return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
 
     def forward(self, q: ArrayLike) -> np.ndarray:
-        """Pose of the tool, without one of the tip frame, in the base frame, (4, 4), at q (n,) [rad, m]."""
+        """Pose (4, 4) of the tool, or of the tip frame without a tool, in the base frame at q (n,) [rad, m]."""
         base_from_tip = np.eye(4)
         forward_kinematics(self.packed, self._check(q), base_from_tip)
         return base_from_tip
@@ -185,8 +180,8 @@ class Arm:
         frame : str
             Name of a link, or of the tool's frame.
         positions : mapping of str to float
-            Joint positions by name [rad, m]; those between the base frame and `frame` must be there
-            (for a mimic joint: its master), others are not looked at.
+            Joint positions by name [rad, m]; those between the base frame and `frame` are needed (for a mimic joint:
+            its master), others are ignored.
 
         Returns
         -------
@@ -239,7 +234,7 @@ class Arm:
         return self.model.createData() if self._origin is None else self._origin._data
 
     def _joint_values(self, frame: str, positions: Mapping[str, float]) -> dict[int, float]:
-        """Compute the values, by index into the model's q, of the joints between base frame and `frame`."""
+        """Return the values, by index into the model's q, of the joints between base frame and `frame`."""
         drives = self._drives_to(frame)
         needed = dict.fromkeys(master.name for master, _, _ in drives.values())
         missing = [name for name in needed if not np.isfinite(positions.get(name, np.nan))]
@@ -249,7 +244,7 @@ class Arm:
                 for joint, (master, multiplier, offset) in drives.items()}
 
     def _drives_to(self, frame: str) -> dict[Joint, tuple[Joint, float, float]]:
-        """Find the joints between base frame and `frame`, each with its master, multiplier and offset."""
+        """Return the joints between base frame and `frame`, each with its master, multiplier and offset."""
         try:
             self.tree.check_link(frame, 'frame')
             between = self.tree.joints_between(self.base_frame, frame)
@@ -271,84 +266,3 @@ class Arm:
         if values.shape != (self.n,):
             raise ArgumentError(f'q has shape {values.shape}; expected {self.n}: {list_names(self.joint_names)}')
         return values if values.flags.writeable else values.copy()  # compiled for one kind of array
-
-
-def load_arm(
-    source: str | os.PathLike[str], base: str | None = None, tip: str | None = None, *, limits: str = 'soft',
-    joint_limits: str | os.PathLike[str] = '', held: Mapping[str, float | None] | None = None,
-    xacro_args: Mapping[str, str] | None = None, srdf: str | os.PathLike[str] | None = None,
-    meshes: Iterable[str | os.PathLike[str]] = (),
-) -> Arm:
-    """Load an arm.
-
-    Parameters
-    ----------
-    source : str or path
-        Name of a robot of config/robots, path or URI (package://, file://) of a DH table (.yaml, .yml), of a .urdf or
-        of a .xacro, or URDF text.
-    base, tip : str, optional
-        Links that the chain leads from and to. Default base: the root link. Default tip: the tip frame of
-        the DH table; of a URDF the only leaf, or the one leaf with the most movable joints above it, before the
-        joints of a gripper.
-    limits : 'soft' or 'hard'
-        Whether the soft limits of a URDF (<safety_controller>) narrow the hard ones.
-    joint_limits : str or path
-        Path or URI of a .yaml file, or its text, in the format of MoveIt's joint_limits.yaml. It narrows the
-        limits of the robot: of two limits the narrower counts.
-    held : mapping of str to float or None
-        Joints that stay at a position [rad, m], None for their home: they are fixed joints of the arm.
-    xacro_args : mapping of str to str
-        Arguments of the .xacro file.
-    srdf : str or path, optional
-        Path, URI or text of an SRDF that says which links may touch; default: derived from the shapes.
-    meshes : iterable of str or path
-        Folders in which meshes are looked for before all others: packages, or folders that hold packages.
-
-    Returns
-    -------
-    Arm
-        Its `warnings` say what is odd about the description.
-
-    Raises
-    ------
-    ModelError
-        If the source cannot be found, read or used; the text says what is wrong and where.
-
-    """
-    tree = read_tree(source, xacro_args)
-    with faults_of(tree):
-        arm = replace(make_arm(limit_joints(tree, limits, joint_limits, held), base, tip), srdf=srdf,
-                      meshes=tuple(meshes))
-        if srdf is not None:
-            _ = arm.contacts  # so that an SRDF of another robot is refused here
-        return arm
-
-
-@contextmanager
-def faults_of(tree: Tree) -> Iterator[None]:
-    """Say in a ModelError which robot it is about."""
-    try:
-        yield
-    except ModelError as error:
-        raise ModelError(f'robot {tree.name!r}: {error}') from error
-
-
-def make_arm(tree: Tree, base: str | None, tip: str | None) -> Arm:
-    """Make the arm between two frames of a robot."""
-    base = tree.check_link(base, 'base frame') if base else tree.root
-    warnings: tuple[str, ...] = ()
-    if tip:
-        tip = tree.check_link(tip, 'tip frame')
-    elif tree.tip:
-        tip = tree.tip
-    else:
-        tip, warnings = default_tip(tree, base)
-    chain = make_chain(tree, base, tip)
-    model = build_model(tree)
-    return Arm(
-        name=tree.name, base_frame=base, tip_frame=tip, frame_names=tree.links, joint_names=chain.names,
-        lower=chain.lower, upper=chain.upper, velocity_limits=chain.velocity_limits,
-        acceleration_limits=chain.acceleration_limits, jerk_limits=chain.jerk_limits, wraps=chain.wraps,
-        home=chain.home, placements=placements_of(tree, model, chain, base, tip), prismatic=chain.prismatic,
-        variable=chain.variable, multiplier=chain.multiplier, offset=chain.offset, model=model, tree=tree,
-        warnings=(*warnings, *chain.notes))

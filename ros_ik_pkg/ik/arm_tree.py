@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ros_ik_pkg.ik.arm import Arm, faults_of, make_arm
+from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.contacts.contacts import Contacts
 from ros_ik_pkg.ik.contacts.frames import frame_of, row_of
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.kernel.data_layout import Geometry, pack_model
+from ros_ik_pkg.ik.loading import faults_of, make_arm
 from ros_ik_pkg.ik.model.chain import MAX_VARIABLES, TURN
 from ros_ik_pkg.ik.model.joint_limits import limit_joints
 from ros_ik_pkg.ik.model.sources import read_tree

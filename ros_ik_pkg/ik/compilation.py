@@ -14,11 +14,11 @@ import threading
 import time
 from collections.abc import Callable
 
-from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER, count_functions, is_writable
 from ros_ik_pkg.ik.kernel.compiled import NOT_SAVED, translated
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
+from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
 from ros_ik_pkg.ik.search.final_check import passes
 from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, use_usual

@@ -148,18 +148,18 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     """
 
     method: str = option(
-        DEFAULT, 'the step rule: how a pose error becomes a joint step', allowed=METHODS
+        DEFAULT, 'the step rule, which turns a pose error into a joint step', allowed=METHODS
     )
-    max_iterations: int = option(100, 'steps of one attempt at most', minimum=0, maximum=100000)
+    max_iterations: int = option(100, 'largest number of steps of one attempt', minimum=0, maximum=100000)
     max_attempts: int = option(
         500,
-        'descents at most: the first from the seed, the others from well-spread starts; 0: none, only as near as the '
-        'joints come from the seed',
+        'largest number of descents: the first from the seed, the others from well-spread starts; 0: no descent, only '
+        'the closest approach from the seed',
         minimum=0,
         maximum=1000000,
     )
     deadline: float = option(
-        0.05, 'time for one solve, 0 for none; checked inside the loop', unit='s', minimum=0.0, maximum=3600.0
+        0.05, 'time limit of one solve, checked inside the loop; 0: none', unit='s', minimum=0.0, maximum=3600.0
     )
     position_tolerance: float = option(
         1e-5, 'largest distance of the tip from the target', unit='m', minimum=1e-12, maximum=1.0
@@ -170,20 +170,20 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     step_size: float = option(1.0, 'factor on every step: q <- q + step_size * dq', minimum=1e-6, maximum=2.0)
     max_joint_step: float = option(
         0.0,
-        f"cap on each joint's step; 0 leaves it to the method ({_own_caps()}, others none but by their own options)",
+        f"cap on each joint's step; 0: that of the method ({_own_caps()}, others only by their own options)",
         unit='rad or m',
         minimum=0.0,
         maximum=10.0,
     )
-    respect_limits: bool = option(True, 'keep every iterate and every answer within the joint limits')
+    respect_limits: bool = option(True, 'keep every iterate and every solution within the joint limits')
     choice: str = option(
         'first',
-        'which answer: the first found, the nearest to the reference, or all distinct ones',
+        'which solution: the first one found, the nearest to the reference, or all distinct ones',
         allowed=CHOICES,
     )
     max_joint_jump: float = option(
         0.0,
-        'refuse answers with a joint further than this from the reference, 0 for no bound',
+        'refuse solutions with a joint further than this from the reference; 0: no bound',
         unit='rad or m',
         minimum=0.0,
         maximum=1000.0,
@@ -196,51 +196,51 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     )
     task_tolerances: tuple[float, ...] = option(
         (0.0,) * 6,
-        'how far each row may be off before its error counts at all, on top of which the two tolerances apply',
+        'error of each row that counts as zero; position_tolerance and orientation_tolerance apply to the rest',
         unit='m or rad',
         minimum=0.0,
         maximum=100.0,
     )
     task_frame: str = option(
-        'base', 'whose axes the rows of the task have: those of the base frame, or of the tip frame at the target',
+        'base', 'axes of the rows of the task: those of the base frame, or of the tip frame at the target',
         allowed=TASK_FRAMES,
     )
     null_space: str = option(
         'none',
-        'what joints that the task leaves over are for: nothing, nearness to the posture, distance from the limits, '
-        'manipulability, or clearance, the distance from contact',
+        'what redundant joints are used for: nothing, nearness to the posture, distance from the joint limits, '
+        'manipulability, or clearance (distance from contact)',
         allowed=NULL_SPACES,
     )
     null_space_step: float = option(
         0.0,
-        'how far a joint may go for null_space in one solve, 0 for as far as it takes',
+        'largest motion of a joint for null_space in one solve; 0: no bound',
         unit='rad or m',
         minimum=0.0,
         maximum=1000.0,
     )
     posture: tuple[float, ...] = option(
         (),
-        'where null_space = posture wants the joints; none: where the solve starts, or the reference if there is one; '
-        'the node holds where the first solve starts after null_space, posture or the arm have changed',
+        'desired joint positions of null_space = posture; none: the seed, or the reference if there is one; in the '
+        'node: the first seed after a change of null_space, posture or the arm',
         unit='rad or m',
         minimum=-1e6,
         maximum=1e6,
     )
     avoid_collisions: bool = option(
         True,
-        'take only answers in which the robot touches neither itself nor the room; needs <collision> shapes in the '
+        'accept only solutions in which the robot touches neither itself nor the room; needs <collision> shapes in the '
         'URDF, or a radius in the DH table',
     )
     collision_margin: float = option(
         0.0, 'distance that counts as contact', unit='m', minimum=0.0, maximum=1.0
     )
     collision_geometry: str = option(
-        'convex', 'what decides on meshes: the convex hulls of their parts, or their triangles', allowed=GEOMETRIES
+        'convex', 'geometry of meshes: the convex hulls of their parts, or their triangles', allowed=GEOMETRIES
     )
     joint_weights: tuple[float, ...] = option(
         (),
-        "weight of each joint in the distance by which 'nearest' and 'all' rank answers, and by which each step is the "
-        'shortest one: a heavy joint moves only if it must; none: all 1',
+        "weight of each joint in the distance by which 'nearest' and 'all' rank solutions, and in the norm that each "
+        'step minimises: a heavy joint moves only if it must; none: all 1',
         minimum=0.0,
         maximum=1e6,
     )

@@ -7,7 +7,6 @@ import traceback
 from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import qos_policy_name_from_kind
@@ -19,7 +18,7 @@ from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm, Compilation, IkError
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
-from ros_ik_pkg.ik.text import list_names, shorten
+from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, REFUSED, SOLVED, STREAM, Result
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
 from ros_ik_pkg.ros.handling.target_queue import TargetQueue
@@ -33,12 +32,12 @@ from ros_ik_pkg.ros.input.tf_frames import TfFrames
 from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.parameters import Parameters, Settings
 from ros_ik_pkg.ros.output.comparison import Comparison
-from ros_ik_pkg.ros.output.health import Health
+from ros_ik_pkg.ros.output.diagnostics import Diagnostics
 from ros_ik_pkg.ros.output.moveit_services import MoveItServices
 from ros_ik_pkg.ros.output.paths import Paths
 from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.output.publishers import Publishers
-from ros_ik_pkg.ros.output.statuses import key_values, servo_message
+from ros_ik_pkg.ros.output.statuses import servo_message
 from ros_ik_pkg.ros.runtime.companion_node import let_owner_destroy
 from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
 from ros_ik_pkg.ros.runtime.timers import OneShot, steady_timer
@@ -48,11 +47,10 @@ from ros_ik_pkg.ros.servo.stream import Stream
 REPORT_DELAY = 0.0005
 LOG_PERIOD = 1.0  # s between log lines of one kind, however fast targets come
 SERVO_PERIOD = 0.05  # s between two messages on ~/servo_status
-HEALTH_PERIOD = 1.0  # s, REP 107
 
 
 class IkNode(Node):
-    """Solves each target pose that comes in, with the settings and the joint state of that moment.
+    """Solves each target pose with the present settings and joint states.
 
     Raises OptionError or ModelError if the parameters at the start are wrong.
     """
@@ -68,7 +66,6 @@ class IkNode(Node):
         self._stream: Stream | None = None
         self._tips = TipTargets(self, self._handler, self._robot_source, self._answer)
         self._said = ''  # the last about a robot that is missing or ignored
-        self._health = Health()
         self._tools = Tools(self, lambda: self._handler.arm)
         parameters = Parameters(self, self._arm_for, self._take_over)
         if CACHE_FOLDER is None:
@@ -79,7 +76,9 @@ class IkNode(Node):
         self._outputs = Publishers(self)
         self._comparison = Comparison(self, self._outputs.trace)
         self._paths = Paths(self, self._handler)
-        self._diagnostics = Publisher(self, topics.DIAGNOSTICS)
+        self._diagnostics = Diagnostics(
+            self, self._handler, self._what_is_missing, self._outputs.reports.take_dropped
+        )  # fmt: skip
         self._servo_status = Publisher(self, topics.SERVO_STATUS)
         self._results: list[tuple[Result, Settings, float]] = []  # and its latency [s]; not reported yet
         self._report_timer, self._report_due = OneShot(self, REPORT_DELAY, self._report_results), 0.0
@@ -87,8 +86,6 @@ class IkNode(Node):
         self._handler.streamed = lambda: self._stream.position
         self._stream.take_over(self._handler.settings, self._handler.arm)
         self._targets = TargetQueue(self, self._handle, self._answer, self._give_up)
-        self._period_began = time.monotonic()
-        steady_timer(self, HEALTH_PERIOD, self._report_health)
         self._subscribe(topics.ROBOT_DESCRIPTION, self._on_robot_description)
         self._subscribe(topics.ROBOT_DESCRIPTION_SEMANTIC, self._on_semantic)
         self._subscribe(topics.OBSTACLES, self._on_obstacles)
@@ -136,8 +133,8 @@ class IkNode(Node):
         return response
 
     def _handle(self, data: bytes, waited: float) -> Result | None:
-        """Return the result of a target, the bytes of a PoseStamped: an unforeseen error must not end the node."""
-        if self._results and self._report_timer.overdue():  # where targets queue up, it does not get its turn
+        """Return the result of a target, the bytes of a PoseStamped; an unforeseen error must not end the node."""
+        if self._results and self._report_timer.overdue():  # while targets queue up, the timer is not called
             self._report_timer.cancel()
             self._report_results()
         target = UNREAD
@@ -156,14 +153,14 @@ class IkNode(Node):
         return self._handler.given_up(read_target(data), status, why)
 
     def _answer(self, result: Result, arrived: float) -> bool:
-        """Publish the command now, and all about it soon after; return whether there is a command."""
+        """Publish the command now, and the reports soon after; return whether there is a command."""
         settings = self._handler.settings
         try:
             if not self._stream.on:
                 self._outputs.publish_command(result, settings.trajectory_time)
             elif result.command is not None:
                 self._follow(result)
-        except Exception as error:  # the target gets its result all the same
+        except Exception as error:  # the target still gets its result
             result = self._internal_error(result.target, error)
         self._say_later(result, time.perf_counter() - arrived)
         return result.command is not None
@@ -176,7 +173,7 @@ class IkNode(Node):
             self._report_timer.start()
 
     def _follow(self, result: Result) -> None:
-        """Make the command of an answer the goal of the stream, if that takes it."""
+        """Make the command of a result the goal of the stream, if the stream accepts it."""
         why_not = self._stream.on_pose(result.arm, result.command.q)
         if why_not:
             result.notes += (f'not followed: {why_not}',)
@@ -189,12 +186,12 @@ class IkNode(Node):
         return self._handler.internal_error(target, error)
 
     def _report_service(self, result: Result, latency: float) -> None:
-        """Report the result of a request if somebody hears it; the timer alone costs a third of a call."""
+        """Report the result of a request if somebody listens; the timer alone costs a third of a call."""
         if result.outcome != SOLVED or self._outputs.results_heard:
             self._say_later(result, latency)
 
     def _report_results(self) -> None:
-        """Say what there is to say about the answers since the last time."""
+        """Report the results since the last call."""
         self._targets.all_had_their_turn(self._report_due)
         answered, self._results = self._results, []
         for result, settings, latency in answered:
@@ -206,7 +203,7 @@ class IkNode(Node):
     def _report(self, result: Result, settings: Settings, latency: float) -> None:
         self._outputs.publish_result(result)
         if not result.service:
-            self._health.count(result, latency)
+            self._diagnostics.health.count(result, latency)
             if self._compilation.complete:
                 self._comparison.submit(result, settings.compare, settings.options)
         what = result.service or 'target'
@@ -225,7 +222,7 @@ class IkNode(Node):
         return arm
 
     def _take_over(self, settings: Settings, arm: Arm | None) -> None:
-        """Use settings and arm that were found good."""
+        """Use checked settings and the arm for them."""
         previous = self._handler.arm
         _complete(arm)
         new = arm is not None and not arm.same_robot(previous)
@@ -246,7 +243,7 @@ class IkNode(Node):
             self._say_what_runs()
 
     def _on_robot_description(self, message: String) -> None:
-        """Load the arm of the topic where the parameters name none; a malformed one leaves the old arm."""
+        """Load the arm of the topic if the parameters name none; after a malformed text the old arm is kept."""
         if message.data and message.data == self._robot_source.topic_text:
             return
         settings = self._handler.parameters
@@ -261,7 +258,7 @@ class IkNode(Node):
             self.get_logger().error(f'{shorten(str(error), 1000)}; {kept}', throttle_duration_sec=LOG_PERIOD)
 
     def _on_semantic(self, message: String) -> None:
-        """Use the SRDF of the topic where the parameters name none; one for another robot is left aside."""
+        """Use the SRDF of the topic if the parameters name none; one for another robot is ignored."""
         if message.data == self._robot_source.semantic:
             return
         self._robot_source.semantic = message.data
@@ -286,11 +283,11 @@ class IkNode(Node):
             raise self._robot_source.reject(error) from error
 
     def get_parameter_type(self, name: str) -> int:
-        """Return a type as messages hold it; of an unknown name, rclpy's own returns what no message takes."""
+        """Return the type of a parameter as messages have it; rclpy's own fails for unknown names."""
         return self.get_parameter(name).type_.value
 
     def destroy_node(self) -> None:
-        """Say what is left to say, end the threads, then the node."""
+        """Publish the last reports, end the threads, then destroy the node."""
         self._stream.close()
         self._targets.close()
         self._report_results()
@@ -301,53 +298,24 @@ class IkNode(Node):
         self._frames.close()
         super().destroy_node()
 
-    def _report_health(self) -> None:
-        """Publish /diagnostics once a second, and say what is missing."""
-        arm = self._handler.arm
-        waiting = self._robot_source.rejected if follows_topic(self._handler.parameters) else ''
-        if arm is None:
-            waiting = self._robot_source.awaited()
-            self._say_once(waiting)
-        began, self._period_began = self._period_began, time.monotonic()
-        status = self._health.report(
-            self._handler.settings.health_limits,
-            self._period_began - began,
-            waiting,
-            self._handler.joint_states_age(),
-            self._doubts(),
-        )
-        status.name = f'{name_in_statuses(self)}: health'
-        status.hardware_id = arm.name if arm else ''
-        status.values += key_values({'reports_dropped': self._outputs.reports.take_dropped()})
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics.publish(message)
+    def _what_is_missing(self) -> str:
+        """Return what the node waits for, and log it; empty if it can solve targets."""
+        if self._handler.arm is not None:
+            return self._robot_source.rejected if follows_topic(self._handler.parameters) else ''
+        waiting = self._robot_source.awaited()
+        self._say_once(waiting)
+        return waiting
 
     def _report_servo(self) -> None:
-        """Let the stream of commands see the room of this moment, and publish what it does if somebody listens."""
+        """Pass the present room to the stream of commands, and publish its state if somebody listens."""
         self._stream.look_around()
         if self._stream.on and self._servo_status.heard:
             message = servo_message(self._stream.look(), self._handler.arm, name_in_statuses(self))
             message.header.stamp = self.get_clock().now().to_msg()
             self._servo_status.publish(message)
 
-    def _doubts(self) -> tuple[int, str]:
-        """Return for how many targets joint states were not believed, and why; log the reason."""
-        count, reason = self._handler.joint_state_check.take_doubts()
-        if not count:
-            return 0, ''
-        topic = self.resolve_topic_name(topics.JOINT_STATES.name)
-        publishers = sorted({f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-                             for info in self.get_publishers_info_by_topic(topic)})  # fmt: skip
-        text = (
-            f'contradictory joint states on {topic}, published by {list_names(publishers)}: {reason}; '
-            'steps continue from the last command'
-        )
-        self.get_logger().warning(text)
-        return count, text
-
     def _say_what_runs(self) -> None:
-        """Log that the node is ready and with what arm, or why it is not."""
+        """Log that the node is ready and with which arm, or why it is not."""
         arm, method = self._handler.arm, self._handler.settings.options.method
         if arm is None:
             self._say_once(self._robot_source.awaited())
@@ -360,13 +328,13 @@ class IkNode(Node):
         )
 
     def _say_once(self, text: str) -> None:
-        """Log a warning, unless it is the last one again."""
+        """Log a warning, unless it is the same as the last one."""
         if text != self._said:
             self._said = text
             self.get_logger().warning(text)
 
 
 def _complete(arm: Arm | None) -> None:
-    """Make what an arm makes once, in milliseconds that no target's deadline covers."""
+    """Compute what an arm computes once, so that no target's deadline has to cover it."""
     if arm is not None:
         _ = arm.packed

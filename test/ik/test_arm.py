@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 from chains import chain, flat_pose, joint_positions, joint_xml, pinocchio_jacobian, pinocchio_pose, random_urdf, urdf
 
-from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.exceptions import ArgumentError, ModelError
+from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.share import share_path
 

@@ -8,12 +8,12 @@ import yaml
 
 from ros_ik_pkg.ik import OPTIONS, PATH_OPTIONS
 from ros_ik_pkg.ik.options import Option
+from ros_ik_pkg.ros.interface.health_limits import HEALTH_OPTIONS
 from ros_ik_pkg.ros.interface.parameters import (
     ARM_OPTIONS,
     COMPARE_OPTION,
     FRAME_OPTIONS,
     GROUP_OPTION,
-    HEALTH_OPTIONS,
     ROOM_OPTIONS,
     SEED_OPTIONS,
     STREAM_OPTIONS,
@@ -41,28 +41,28 @@ INTRODUCTION = f"""# Parameters of `ik_node`
 
 Made from the declarations in the code by `{GENERATED} parameters.md`; a test compares the two.
 
-Every parameter can be set while the node runs and counts from the next target on. A change is checked whole:
-all of it is taken, or none, and the refusal names the parameter, the value and what is allowed. An integer is
-taken where a number is expected, and text that is a number, as `ros2 param load` sends 1e-05. `ros2 param set`
-sends one parameter at a time; what belongs together goes into one call of `/ik_node/set_parameters_atomically`.
+Every parameter can be set while the node runs and applies from the next target on. A change is checked as a whole:
+all of it is accepted, or none, and the refusal names the parameter, the value and what is allowed. An integer is
+accepted for a number, and so is text that is a number, as `ros2 param load` sends 1e-05. `ros2 param set` sends one
+parameter at a time; use `/ik_node/set_parameters_atomically` to change several at once.
 """
 ROBOT_CHANGES = """## Changing the robot
 
-A change of a parameter of the section Robot loads the arm again (the same value too:
-a file may have changed) or is refused, and then the old arm stays. The sources in their order:
-`robot_description` where it is not empty, `robot` where it is not empty, the topic `robot_description`.
-Of the topic the newest text counts that is URDF; what is none, an empty text too, is an error in the log and in
-`/diagnostics`. Where a parameter names a robot and another comes on the topic, the log says once that it is ignored.
+A change of a parameter of the section Robot loads the arm again, even if the value is the same, because a file may
+have changed. If the change is refused, the old arm is kept. The first of these sources that is not empty counts: the
+parameter `robot_description`, the parameter `robot`, the topic `robot_description`. The newest valid URDF of the topic
+counts; invalid text, also empty text, is an error in the log and in `/diagnostics`. If a parameter names a robot and
+the topic has another one, the log says once that it is ignored.
 
-Set one at a time, every step must make sense by itself, because frames are looked up in the robot:
+If you set the parameters one at a time, each step must be valid by itself, because frames are looked up in the robot:
 
 1. The new robot has the default frames: set `tip_frame` and `base_frame` to `''` first, then `robot`.
 2. It needs frames of its own (a URDF with several tips): set `robot_description` and `robot` to `''`. Without
-   a robot the node refuses targets and takes any frame names. Then set `base_frame` and `tip_frame`, then
-   `robot`. Where the topic `robot_description` has a publisher, use `/ik_node/set_parameters_atomically`.
+   a robot the node refuses targets and accepts any frame names. Then set `base_frame` and `tip_frame`, then
+   `robot`. If the topic `robot_description` has a publisher, use `/ik_node/set_parameters_atomically`.
 
-`posture` and `joint_weights` have a number for each joint of the arm. Where the new arm has more or fewer joints,
-set them to `[]` before, or to what the new arm needs in the same call.
+`posture` and `joint_weights` have a number for each joint of the arm. If the new arm has more or fewer joints,
+set them to `[]` before, or to the values for the new arm in the same call.
 """
 
 

@@ -27,7 +27,7 @@ from ros_ik_pkg.ik.model.joint_limits import LIMITS
 from ros_ik_pkg.ik.model.tool import read_tool
 from ros_ik_pkg.ik.options import Option
 from ros_ik_pkg.ik.text import shorten
-from ros_ik_pkg.ros.interface.health_limits import HealthLimits
+from ros_ik_pkg.ros.interface.health_limits import HEALTH_OPTIONS, HealthLimits
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
 
 SEED_SOURCES = ('joint_states', 'last_solution', 'home')
@@ -79,9 +79,9 @@ def _node_option(name: str, default: Any, text: str, allowed: tuple[str, ...] = 
 ARM_OPTIONS = (
     _node_option('robot', 'puma560', 'a name in config/robots, or the path or URI (package://, file://) of a .urdf, '
                  '.xacro or DH .yaml; empty: the URDF of the robot_description topic'),
-    _node_option('robot_description', '', 'URDF text; used instead of robot where not empty'),
+    _node_option('robot_description', '', 'URDF text; used instead of robot if not empty'),
     _node_option('base_frame', '',
-                 'frame that targets and solutions speak of; empty: the root of the robot'),
+                 'frame of targets and solutions; empty: the root of the robot'),
     _node_option('tip_frame', '', 'frame that reaches the target; empty: the end of the robot, before a gripper'),
     _node_option('tip_frames', (), 'two frames that reach targets together, on first_target_pose and '
                  'second_target_pose; empty: one tip'),
@@ -97,62 +97,47 @@ ARM_OPTIONS = (
 )  # fmt: skip
 TOOL = 'tool'
 TOOL_OPTION = ToolOption(
-    TOOL, TOOL, (), 'pose of the tool in tip_frame, which targets, answers and twists speak of; the topics tool and '
-    'tool_pose set it too; empty: no tool', minimum=-1000.0, maximum=1000.0,
+    TOOL, TOOL, (), 'pose in tip_frame of the tool, which targets, solutions and twists then refer to; the topics tool '
+    'and tool_pose set it too; empty: no tool', minimum=-1000.0, maximum=1000.0,
 )  # fmt: skip
 NO_GROUND = -1000.0
 ROOM_OPTIONS = (
     _node_option('ground', NO_GROUND, f'height of a floor in the base frame; {NO_GROUND:g}: none', unit='m',
                  minimum=NO_GROUND, maximum=1000.0),
     _node_option('obstacles_file', '', 'obstacles: path or URI of a .yaml file, or its text'),
-    _node_option('check_motion', False, 'whether the straight line of the joints from where they are to what is '
-                 'published must be clear of contact too'),
+    _node_option('check_motion', False, 'whether the straight line in joint space from the present joint positions to '
+                 'the command must be clear of contact too'),
 )  # fmt: skip
 FRAME_OPTIONS = (
     Option('tf_timeout', 'tf_timeout', 0.1, 'longest wait for the transform of a target whose frame the robot does '
-           'not have, where tf2_ros is installed; 0: TF is not listened to', 's', minimum=0.0, maximum=1.0),
+           'not have, if tf2_ros is installed; 0: do not listen to TF', 's', minimum=0.0, maximum=1.0),
 )  # fmt: skip
 SEED_OPTIONS = (
     _node_option('seed_source', 'joint_states', 'where a solve starts: the current joints, the last solution '
                  '(before the first: home), or home', SEED_SOURCES),
-    _node_option('home_until_joint_states', False, 'start from home while no joint state has come, '
-                 'instead of refusing targets'),
+    _node_option('home_until_joint_states', False, 'start from home until the first joint state arrives, instead of '
+                 'refusing targets'),
 )  # fmt: skip
 STREAM_OPTIONS = (
     _node_option('velocity_limiting', 'none', 'how a step to the solution is kept within the velocity limits: not '
-                 'at all, shortened as a whole (a straight line of the joints), or each joint by itself',
+                 'at all, shortened as a whole (a straight line in joint space), or each joint by itself',
                  VELOCITY_LIMITING),
     _node_option('velocity_scale', 1.0, "share of the arm's velocity limits that is used", minimum=0.01, maximum=1.0),
-    _node_option('max_step_time', 0.1, 'longest time that a limited step may count, also the first and after a pause',
-                 unit='s', minimum=1e-3, maximum=10.0),
-    _node_option('target_timeout', 0.0, 'refuse targets whose stamp is further than this from now, 0 for none; '
-                 'stamp 0 is now', unit='s', minimum=0.0, maximum=3600.0),
+    _node_option('max_step_time', 0.1, 'longest time for which a limited step may move, also the first one and one '
+                 'after a pause', unit='s', minimum=1e-3, maximum=10.0),
+    _node_option('target_timeout', 0.0, 'refuse targets whose stamp is further than this from now; 0: never; stamp 0 '
+                 'means now', unit='s', minimum=0.0, maximum=3600.0),
     _node_option('out_of_reach', 'hold', 'what is published for a target without a solution: nothing, or the closest '
-                 'approach from where the arm is', OUT_OF_REACH),
-    _node_option('trajectory_time', 0.1, 'time to the point of ~/joint_trajectory, longer where the velocity limits '
-                 'need it', unit='s', minimum=1e-3, maximum=60.0),
+                 'approach from the present joint positions', OUT_OF_REACH),
+    _node_option('trajectory_time', 0.1, 'time of the point of ~/joint_trajectory, longer if the velocity limits need '
+                 'it', unit='s', minimum=1e-3, maximum=60.0),
 )  # fmt: skip
 GROUP_OPTION = _node_option(
-    'group_name', '', 'planning group that ~/compute_ik answers for, besides the name of the arm; empty: any'
+    'group_name', '', 'planning group that ~/compute_ik accepts, besides the name of the arm; empty: any'
 )
 COMPARE_OPTION = _node_option(
-    'compare', (), 'methods that solve every target too, for comparison', (*METHODS, 'all')
+    'compare', (), 'methods that also solve every target, for comparison', (*METHODS, 'all')
 )
-
-
-def _health_limit(name: str, default: float, text: str, unit: str = '', maximum: float = 3600.0) -> Option:
-    return Option(name, f'diagnostics.{name}', default, f'{text}; 0: never', unit, minimum=0.0, maximum=maximum)
-
-
-HEALTH_OPTIONS = (
-    _health_limit('warn_failed_ratio', 0.01, 'WARN from this share of failed or refused targets on', maximum=1.0),
-    _health_limit('error_failed_ratio', 1.0, 'ERROR from this share of failed or refused targets on', maximum=1.0),
-    _health_limit('warn_latency', 0.0, 'WARN from this 99th percentile of the latency on', 's'),
-    _health_limit('error_latency', 0.0, 'ERROR from this 99th percentile of the latency on', 's'),
-    _health_limit('joint_states_silence', 2.0, 'WARN where a joint was not heard of for so long, while seeds are '
-                  'joint states', 's'),
-    _health_limit('target_silence', 0.0, 'WARN where no target came for so long', 's'),
-)  # fmt: skip
 NODE_OPTIONS = (
     *ARM_OPTIONS, TOOL_OPTION, *ROOM_OPTIONS, *FRAME_OPTIONS, *SEED_OPTIONS, *STREAM_OPTIONS, GROUP_OPTION,
     COMPARE_OPTION,

@@ -45,27 +45,28 @@ def _servo_option(name: str, default: Any, text: str, unit: str = '', **spec: An
 
 
 SERVO_OPTIONS = (
-    Option('command_rate', 'command_rate', 0.0, 'commands leave in a steady stream at this rate, smooth and within all '
-           'limits, and target_twist is followed; 0: there is no stream, each target has its one command', 'Hz',
-           minimum=0.0, maximum=1000.0),
-    Option('command_timeout', 'command_timeout', 0.1, 'the arm halts if no twist came for so long; twists with an '
-           'older stamp are refused, stamp 0 is now', 's', minimum=0.001, maximum=10.0),
+    Option('command_rate', 'command_rate', 0.0, 'rate of a steady stream of commands, smooth and within all limits, '
+           'which also follows target_twist; 0: no stream, each target has one command', 'Hz', minimum=0.0,
+           maximum=1000.0),
+    Option('command_timeout', 'command_timeout', 0.1, 'time without a twist after which the arm halts; twists with an '
+           'older stamp are refused, stamp 0 means now', 's', minimum=0.001, maximum=10.0),
     Option('smoothing', 'smoothing', 'own', 'what keeps the stream within velocity, acceleration and jerk: nothing, '
-           'the limiter of this package, or Ruckig (the former if that is not installed)', allowed=SMOOTHINGS),
-    _servo_option('blocked', STOP, 'what happens if the joints cannot follow a twist: the motion stops as a whole, or '
-                  'goes on with the joints that can, off the line', allowed=BLOCKED),
+           'the limiter of this package, or Ruckig (if it is not installed, the limiter of this package)',
+           allowed=SMOOTHINGS),
+    _servo_option('blocked', STOP, 'what happens if the joints cannot follow a twist: the whole motion stops, or goes '
+                  'on with the joints that can, off the line', allowed=BLOCKED),
     _servo_option('max_velocity', 1.0, 'velocity limit of joints for which the robot has none', 'rad/s or m/s',
                   minimum=0.001, maximum=100.0),
     _servo_option('max_acceleration', 10.0, 'acceleration limit of joints for which the robot has none',
                   'rad/s^2 or m/s^2', minimum=0.01, maximum=1e4),
     _servo_option('max_jerk', 100.0, 'jerk limit of joints for which the robot has none', 'rad/s^3 or m/s^3',
                   minimum=0.1, maximum=1e6),
-    _servo_option('response_time', 0.01, 'time constant with which a stream of poses is smoothed, for target poses '
-                  'alone', 's', minimum=0.0, maximum=1.0),
-    _servo_option('joint_states_timeout', 0.5, 'the arm halts if no joint state came for so long, while seeds are '
+    _servo_option('response_time', 0.01, 'time constant that smooths a stream of target poses', 's', minimum=0.0,
+                  maximum=1.0),
+    _servo_option('joint_states_timeout', 0.5, 'time without joint states after which the arm halts, if seeds are '
                   'joint states; 0: never', 's', minimum=0.0, maximum=60.0),
-    _servo_option('resync', 0.05, 'a joint that stands so far from its command when a motion begins starts from where '
-                  'it is', 'rad or m', minimum=0.0, maximum=10.0),
+    _servo_option('resync', 0.05, 'distance of a joint from its last command from which a motion starts at the joint '
+                  'instead of the command', 'rad or m', minimum=0.0, maximum=10.0),
 )  # fmt: skip
 CAUTION_OPTIONS = (
     _servo_option('singularity_slow', 0.03, 'smallest singular value below which the arm slows down', minimum=0.0,
@@ -77,8 +78,8 @@ CAUTION_OPTIONS = (
                   maximum=10.0),
     _servo_option('limit_margin', 0.01, 'distance from a joint limit at which it halts, unless it moves away',
                   'rad or m', minimum=0.0, maximum=1.0),
-    _servo_option('leaving_share', 0.5, 'share of the top speed, at least, away from a singularity or a contact',
-                  minimum=0.0, maximum=1.0),
-    _servo_option('hysteresis', 0.2, 'share of a threshold by which a rule lets go later than it takes hold',
-                  minimum=0.0, maximum=10.0),
+    _servo_option('leaving_share', 0.5, 'share of the top speed that is always allowed away from a singularity or a '
+                  'contact', minimum=0.0, maximum=1.0),
+    _servo_option('hysteresis', 0.2, 'share of a threshold by which a rule ends later than it begins', minimum=0.0,
+                  maximum=10.0),
 )  # fmt: skip

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.model.dh import parse_dh
 from ros_ik_pkg.ik.model.sources import robot_names
 from ros_ik_pkg.share import share_path

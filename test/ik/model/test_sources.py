@@ -7,8 +7,8 @@ import sys
 import pytest
 from chains import chain
 
-from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.model.sources import parse_xacro_args
 
 URDF = chain(('j1', 'revolute', {}), ('j2', 'prismatic', {}))

@@ -10,8 +10,8 @@ from chains import chain, joint_xml, pinocchio_pose, random_urdf, urdf
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.model.urdf import parse_urdf
 
 GOOD = urdf(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from chains import chain, pinocchio_pose
 
-from ros_ik_pkg.ik.arm import load_arm
 from ros_ik_pkg.ik.exceptions import ModelError
+from ros_ik_pkg.ik.loading import load_arm
 
 GOOD = chain(('one', 'revolute', {}), ('two', 'revolute', {}))
 END = '</joint>'

@@ -9,7 +9,8 @@ import yaml
 
 from ros_ik_pkg.ik import OPTIONS, PATH_OPTIONS, OptionError, SolveOptions
 from ros_ik_pkg.ros.interface.generate_reference import parameters_markdown, parameters_yaml
-from ros_ik_pkg.ros.interface.parameters import HEALTH_OPTIONS, NODE_OPTIONS, PARAMETERS, Settings, descriptor
+from ros_ik_pkg.ros.interface.health_limits import HEALTH_OPTIONS
+from ros_ik_pkg.ros.interface.parameters import NODE_OPTIONS, PARAMETERS, Settings, descriptor
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS
 
 DEFAULTS = {name: option.default for name, option in PARAMETERS.items()}
