@@ -1,4 +1,4 @@
-"""The functions of array_views.py, vector3.py and llvm_hints.py in plain Numba: slower, but for every version of it."""
+"""The functions of array_views.py and llvm_hints.py in plain Numba: slower, but for every version of it."""
 
 from __future__ import annotations
 
@@ -21,30 +21,6 @@ def shaped(array, start, shape):
 def on_stack(count):
     """Return uninitialised memory for `count` float64."""
     return np.empty(count)
-
-
-@plain
-def lanes(x, y, z):
-    """Return three numbers side by side."""
-    return x, y, z
-
-
-@plain
-def split(vector):
-    """Return the three numbers."""
-    return vector
-
-
-@plain
-def times(vector, number):
-    """Return vector * number."""
-    return vector[0] * number, vector[1] * number, vector[2] * number
-
-
-@plain
-def plus_times(start, vector, number):
-    """Return start + vector * number."""
-    return start[0] + vector[0] * number, start[1] + vector[1] * number, start[2] + vector[2] * number
 
 
 @plain

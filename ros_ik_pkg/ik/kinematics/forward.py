@@ -2,7 +2,7 @@
 
 A chain is a Geometry: constant placements between joints whose motion axis is local z, joint kinds, and
 the map from the variables q to joint values (mimic joints).
-A frame is held as three axes and an origin, each in one vector register (`kernel/vector3.py`).
+A frame is held as its three axes and its origin, tuples of three numbers.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import numpy as np
 
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import joints_size, make_joints, unpack_model
-from ros_ik_pkg.ik.kernel.numba_insides import lanes, plus_times, split, times
 from ros_ik_pkg.ik.kernel.sincos import sincos_all
 
 
@@ -24,7 +23,7 @@ def walk(geometry, q, joints):
     for i in range(count, len(joints.values)):
         joints.values[i] = 0.0
     sincos_all(joints.values, joints.sines, joints.cosines)
-    x, y, z, p = lanes(1.0, 0.0, 0.0), lanes(0.0, 1.0, 0.0), lanes(0.0, 0.0, 1.0), lanes(0.0, 0.0, 0.0)
+    x, y, z, p = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
     for i in range(count):
         prismatic = geometry.prismatic[i] != 0.0
         s, c = (0.0, 1.0) if prismatic else (joints.sines[i], joints.cosines[i])
@@ -37,23 +36,33 @@ def walk(geometry, q, joints):
                     rows[i, 7] * c - rows[i, 6] * s),
             combine(x, y, z, rows[i, 2], rows[i, 5], rows[i, 8]),
         )  # fmt: skip
-        joints.axes[i, 0], joints.axes[i, 1], joints.axes[i, 2] = split(z)
-        joints.axes[i, 3], joints.axes[i, 4], joints.axes[i, 5] = split(p)
+        joints.axes[i, 0], joints.axes[i, 1], joints.axes[i, 2] = z
+        joints.axes[i, 3], joints.axes[i, 4], joints.axes[i, 5] = p
         if prismatic:
             p = plus_times(p, z, joints.values[i])
     p = beyond(p, x, y, z, rows, count)
     a, b, c = (
-        split(combine(x, y, z, rows[count, 0], rows[count, 3], rows[count, 6])),
-        split(combine(x, y, z, rows[count, 1], rows[count, 4], rows[count, 7])),
-        split(combine(x, y, z, rows[count, 2], rows[count, 5], rows[count, 8])),
+        combine(x, y, z, rows[count, 0], rows[count, 3], rows[count, 6]),
+        combine(x, y, z, rows[count, 1], rows[count, 4], rows[count, 7]),
+        combine(x, y, z, rows[count, 2], rows[count, 5], rows[count, 8]),
     )
-    return (a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]), split(p)
+    return (a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]), p
 
 
 @inlined
 def combine(x, y, z, a, b, c):
     """Return x a + y b + z c of three vectors."""
-    return plus_times(plus_times(times(x, a), y, b), z, c)
+    return (
+        x[0] * a + y[0] * b + z[0] * c,
+        x[1] * a + y[1] * b + z[1] * c,
+        x[2] * a + y[2] * b + z[2] * c,
+    )
+
+
+@inlined
+def plus_times(p, x, a):
+    """Return p + x a of two vectors."""
+    return p[0] + x[0] * a, p[1] + x[1] * a, p[2] + x[2] * a
 
 
 @inlined

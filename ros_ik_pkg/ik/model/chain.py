@@ -22,7 +22,7 @@ class Chain:
 
     The value of joint k is multiplier[k] * q[variable[k]] + offset[k].
 
-    Ordinary joints have multiplier 1 and offset 0; others mimic. `wraps` is 1 where a whole turn of the
+    Ordinary joints have multiplier 1 and offset 0; others mimic. `wraps` is 1 if a whole turn of the
     variable changes nothing and fits between its limits.
     """
 

@@ -63,7 +63,7 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """All links of a robot; `joints` come parents first. `tip` and `home` where the file names them.
+    """All links of a robot; `joints` come parents first. `tip` and `home` if the file names them.
 
     `shapes` are those for contact, by link, and `shape_faults` says which were left out and why; `folder` is that of
     the file, for mesh files beside it.

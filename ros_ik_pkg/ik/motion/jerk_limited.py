@@ -1,10 +1,10 @@
 """One period of a joint's motion within limits of position, velocity, acceleration and jerk, towards a moving target.
 
-The rule is one: of all jerks that are constant over the period, take the one after which the shortest stop ends where
-the target is. While the stop would end short of the target, that is the largest jerk; from then on the joint is on the
-stop itself. Seen from a target of constant velocity this is the time-optimal motion, whose switching surface is the set
-of states from which the shortest stop ends on the target (Kroeger, On-Line Trajectory Generation in Robotic Systems,
-2010, chapter 5), but for the length of a period.
+There is one rule: of all jerks that are constant over the period, take the one after which the shortest stop ends at
+the target. While the stop would end short of the target, this is the largest jerk; from then on the joint follows the
+stop itself. Relative to a target of constant velocity this is the time-optimal motion, whose switching surface is the
+set of states from which the shortest stop ends on the target (Kroeger, On-Line Trajectory Generation in Robotic
+Systems, 2010, chapter 5), apart from the length of a period.
 
 The limits do not depend on that rule: a period is taken only if a stop within all limits can follow it. If no jerk
 allows this, the joint follows the stop that made the previous period admissible.

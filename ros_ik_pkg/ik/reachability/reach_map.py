@@ -37,7 +37,7 @@ Progress = Callable[[int], object]
 
 @dataclass(frozen=True)
 class ReachMap:
-    """What an arm can reach. A cell is reached if one configuration within the limits, clear of contact where that
+    """What an arm can reach. A cell is reached if one configuration within the limits, and clear of contact if that
     counts, has its tip's pose in it; a cell that is not reached may still hold a few reachable poses."""
 
     joint_names: tuple[str, ...]

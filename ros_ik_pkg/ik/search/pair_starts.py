@@ -27,7 +27,7 @@ from ros_ik_pkg.ik.search.starts import (
 
 GROUP = 64  # starts with the same shared variables
 MANY_STARTS = 64 * GROUP
-FEW_STARTS = 1024  # where all combine, or none
+FEW_STARTS = 1024  # without shared variables, or for a relative target
 
 
 def make_pair_starts(chains, first_model, second_model, shared, count, group):

@@ -1,4 +1,4 @@
-"""What the arm must stay clear of: floor, obstacles, and where the joints outside its chain are."""
+"""The world of the arm: floor, obstacles, and the positions of the joints outside its chain."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ Place = Callable[[Header], np.ndarray]  # pose (4, 4) of a header's frame in the
 class SceneObjects:
     """The objects of MoveIt's planning scene, each until it is removed.
 
-    A mesh, plane, cone or prism is refused with a reason, and so is an object that has one.
+    An object with a mesh, plane, cone or prism is refused with a reason.
     """
 
     def __init__(self) -> None:
@@ -36,12 +36,12 @@ class SceneObjects:
         self._held: dict[str, tuple[Obstacle, ...]] = {}
 
     def current(self) -> tuple[Obstacle, ...]:
-        """Return all obstacles, those in the hand too."""
+        """Return all obstacles, including held ones."""
         return tuple(part for parts in (*self._room.values(), *self._held.values()) for part in parts)
 
     def take(self, message: Any, place: Place, links: Sequence[str]) -> list[str]:
-        """Take a PlanningScene, CollisionObject or AttachedCollisionObject of moveit_msgs; return why objects are left
-        aside. `links` are those of the robot."""
+        """Take a PlanningScene, CollisionObject or AttachedCollisionObject of moveit_msgs; return why objects are
+        ignored. `links` are those of the robot."""
         if hasattr(message, 'link_name'):
             return self._guard(message.object.id, self._take_held, message, place, links)
         if hasattr(message, 'primitives'):
@@ -62,7 +62,7 @@ class SceneObjects:
 
     @staticmethod
     def _guard(name: str, take: Callable[..., None], *arguments: Any) -> list[str]:
-        """Take an object; return why it is left aside, if it is."""
+        """Take an object; return why it is ignored, if it is."""
         try:
             take(*arguments)
         except (ArgumentError, RefusedError) as error:
@@ -85,7 +85,7 @@ class SceneObjects:
         self._room[name] = (*before, *self._check_count(shapes))
 
     def _take_held(self, message: Any, place: Place, links: Sequence[str]) -> None:
-        """Take or let go of an object; one that is let go stays in the room where it is, as in MoveIt."""
+        """Attach or release an object; a released object stays in the room where it is, as in MoveIt."""
         item, link = message.object, message.link_name
         if _operation(item) == REMOVE:
             for name in [item.id] if item.id else list(self._held):

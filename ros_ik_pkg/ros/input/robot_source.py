@@ -1,4 +1,4 @@
-"""Where the arm comes from: a parameter or the latched robot_description topic."""
+"""The source of the arm: a parameter or the latched robot_description topic."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Robot = TypeVar('Robot', Arm, ArmTree)
 
 
 class RobotSource:
-    """Loads the arm that the settings mean: robot_description, else robot, else the topic with this full name."""
+    """Loads the arm of the settings: from robot_description, else robot, else the topic with this full name."""
 
     def __init__(self, topic: str) -> None:
         self._topic = f'topic {topic}'
-        self.topic_text = ''  # the last that was URDF
+        self.topic_text = ''  # the last valid URDF
         self.rejected = ''  # why the newest text of the topic is not used
         self.semantic = ''  # SRDF of its topic
         self.semantic_fault = ''  # why it is not used
@@ -28,7 +28,7 @@ class RobotSource:
     def take(self, text: str) -> str:
         """Use a text of the topic from now on and return its robot's name; raise ModelError if it is not URDF.
 
-        After an error the text before it is kept, and the error in `rejected`.
+        After an error the previous text is kept, and the error is in `rejected`.
         """
         try:
             tree = read_tree(urdf_text(text, 'the text'))
@@ -54,7 +54,7 @@ class RobotSource:
         return self._load(settings, lambda source, **others: load_tree(source, settings.tip_frames, **others))
 
     def _load(self, settings: Settings, load: Callable[..., Robot]) -> Robot | None:
-        """Return what is loaded from the source that the settings mean."""
+        """Return what `load` loads from the source of the settings."""
         source = settings.robot or self.topic_text
         if settings.robot_description:
             source = urdf_text(settings.robot_description, 'parameter robot_description')
@@ -83,13 +83,13 @@ class RobotSource:
         return with_srdf
 
     def awaited(self) -> str:
-        """Say why there is no robot although none is named by a parameter."""
+        """Return why there is no robot if no parameter names one."""
         if self.rejected:
             return f'no robot yet: {self.rejected}'
         return f'no robot yet: no URDF came on {self._topic}, and the parameters robot and robot_description are empty'
 
     def ignored(self, name: str, settings: Settings) -> str:
-        """Say that the robot of the topic with this name is ignored, and how to follow it."""
+        """Return a warning that the robot of the topic with this name is ignored, and how to follow it."""
         parameter = 'robot_description' if settings.robot_description else 'robot'
         value = '' if settings.robot_description else f' = {shorten(settings.robot, 60)!r}'
         return (
@@ -98,7 +98,7 @@ class RobotSource:
         )
 
     def _described(self, settings: Settings) -> str:
-        """Name what a model error can come from."""
+        """Return in words the parameters that may have caused a model error."""
         robot = f'robot = {shorten(settings.robot, 60)!r}' if settings.robot else self._topic
         if settings.robot_description:
             robot = 'parameter robot_description'
@@ -113,15 +113,15 @@ def follows_topic(settings: Settings) -> bool:
 
 
 def urdf_text(text: str, origin: str) -> str:
-    """Return URDF text as it is; refuse a name or path, so that no text from outside opens files."""
+    """Return URDF text unchanged; refuse a name or path, so that no text from outside opens files."""
     if not text.lstrip('\ufeff \t\r\n').startswith('<'):
         raise ModelError(f'{origin} is {shorten(text, 60)!r}; expected URDF text, which starts with <')
     return text
 
 
 def check_options(settings: Settings, arm: Arm, arm_changes: bool) -> None:
-    """Refuse an objective without effect, and lists that are not as long as the arm has joints; if it is the arm that
-    changes, say the way out."""
+    """Refuse an objective without effect, and lists whose length is not the number of joints; if the arm changes, say
+    what to do."""
     if settings.options.null_space == 'clearance' and not settings.options.avoid_collisions:
         raise OptionError('null_space is clearance; that needs avoid_collisions: true')
     try:

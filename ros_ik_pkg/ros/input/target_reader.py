@@ -1,7 +1,7 @@
 """The two messages of every target as bytes: PoseStamped is read, JointState written, without their Python objects.
 
-rclpy takes several times as long to create the PoseStamped and to serialise the JointState as the solve between them
-takes (see docs/performance.md). So the node receives and publishes bytes. Both are in the Common Data Representation
+For rclpy, creating the PoseStamped and serialising the JointState take several times as long as the solve between them
+(see docs/performance.md). So the node receives and publishes bytes. Both are in the Common Data Representation
 (OMG CDR, version 1), which all middlewares of ROS 2 send: a head of four bytes, then the fields in order, each aligned
 to its size, counted from the end of the head; a text or a list is its length and its elements. Messages in another
 encoding, from a big-endian machine or of a later version, are read and written by rclpy. So are all messages if the
@@ -26,7 +26,7 @@ POSE = Struct('<7d')
 def read_target(data: bytes) -> Target:
     """Return the target in the bytes of a PoseStamped.
 
-    Raises struct.error or RuntimeError if they hold none, which no middleware delivers.
+    Raises struct.error or RuntimeError if they are no PoseStamped, which no middleware delivers.
     """
     if data.startswith(LITTLE_ENDIAN) and reads_what_rclpy_writes():
         return _read(data)

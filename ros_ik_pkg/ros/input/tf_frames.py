@@ -1,4 +1,4 @@
-"""Frames that the robot does not have: looked up by TF where tf2_ros is there."""
+"""Frames that the robot does not have: looked up by TF if tf2_ros is installed."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from ros_ik_pkg.ros.runtime.spin import spin
 
 
 class TfFrames:
-    """Answers from a buffer of transforms that fills on a node and a thread of its own.
+    """Looks transforms up in a buffer that a second node fills on its own thread.
 
-    Transforms come at a high rate on many robots; so they do not take turns with targets, and the IK node stays with
-    one executor.
+    Transforms arrive at a high rate on many robots, so they must not delay targets, and the IK node keeps its one
+    executor.
     """
 
     def __init__(self, node: Node) -> None:
         self._node, self._timeout = node, -1.0
         self._listening: _Listening | None = None
-        self.why_not = ''  # TF is not asked; empty where it is
+        self.why_not = ''  # why TF is not used; empty if it is
 
     def set_timeout(self, timeout: float) -> None:
-        """Wait for transforms so long from now on [s]; 0: do not listen to them at all."""
+        """Set how long targets wait for transforms [s]; 0: do not listen to TF."""
         if timeout == self._timeout:
             return
         self._timeout = timeout
@@ -42,7 +42,7 @@ class TfFrames:
 
     def _listen(self) -> None:
         try:
-            import tf2_ros  # not on PyPI, so a node from wheels has none
+            import tf2_ros  # not on PyPI, so a node from wheels lacks it
         except ImportError as error:
             self.why_not = f'TF is not available here: {error}'
         else:

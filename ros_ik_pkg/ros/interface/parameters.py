@@ -284,7 +284,7 @@ def _value_at_start(parameter: Parameter) -> Any:
 
 
 def descriptor(option: Option) -> ParameterDescriptor:
-    """Describe a parameter: text, unit, what is allowed, and the range where ROS can hold it.
+    """Describe a parameter: text, unit, what is allowed, and the range if ROS can represent it.
 
     Types are dynamic for rclpy, so that an integer may stand for a float and a refusal names the parameter.
     """

@@ -1,4 +1,4 @@
-"""Views of memory and vectors in registers do what NumPy does, as does the plain form of each."""
+"""Views of memory do what NumPy does, as does the plain form of each."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from numba import njit
 
-from ros_ik_pkg.ik.kernel import array_views, plain, vector3
+from ros_ik_pkg.ik.kernel import array_views, plain
 
 FORMS = pytest.mark.parametrize('form', ['fast', 'plain'])
 
 
 def form_of(name, form):
     """Return one of the functions as the solver uses it, or in plain Numba."""
-    fast = array_views if hasattr(array_views, name) else vector3
-    return getattr({'fast': fast, 'plain': plain}[form], name)
+    return getattr({'fast': array_views, 'plain': plain}[form], name)
 
 
 @FORMS
@@ -66,15 +65,3 @@ def test_blocks_of_memory_do_not_overlap_and_have_their_length(form):
 
     for count in (0, 1, 7, 1000):
         assert fill(count) == (count, count + 1, count, 2.0 * (count + 1))
-
-
-@FORMS
-def test_vectors_in_registers_are_scaled_and_added(form):
-    lanes, split, times, plus_times = (form_of(name, form) for name in ('lanes', 'split', 'times', 'plus_times'))
-
-    @njit
-    def combine(a, b, factor):
-        return split(plus_times(times(lanes(a[0], a[1], a[2]), factor), lanes(b[0], b[1], b[2]), 0.5))
-
-    a, b = np.array([1.0, -2.0, 3.0]), np.array([4.0, 8.0, -16.0])
-    np.testing.assert_array_equal(combine(a, b, 3.0), 3.0 * a + 0.5 * b)
