@@ -293,10 +293,8 @@ def solve_batch(
 
 
 def as_array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Return the value as a contiguous float64 array of the given shape (None: any length), or raise ArgumentError.
-
-    An array that fits already is not copied.
-    """
+    """Return the value as a contiguous float64 array of the given shape (None: any length), itself if it is one, or
+    raise ArgumentError."""
     array = value
     if type(value) is not ndarray or value.dtype is not FLOAT or not value.flags.carray:
         try:
