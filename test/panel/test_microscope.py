@@ -30,9 +30,9 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 
 from ros_ik_pkg.compare.lessons import LESSONS, lesson  # noqa: E402
+from ros_ik_pkg.panel.markup.texts import all_texts  # noqa: E402
 from ros_ik_pkg.panel.panel import Panel  # noqa: E402
 from ros_ik_pkg.panel.panel_node import TICK, spin_for  # noqa: E402
-from ros_ik_pkg.panel.texts import all_texts  # noqa: E402
 
 pytestmark = [allow_lark, pytest.mark.once]
 NODE = ('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', 'max_iterations:=2000', '-p', 'position_tolerance:=1e-6',
@@ -129,7 +129,7 @@ def choose_lesson(shown: Page, name: str, language: str = 'en') -> None:
     item = lesson(name)
     shown.page.get_by_role('tab', name={'en': 'Lessons', 'pl': 'Lekcje'}[language]).click()
     shown.press(item.title[language])
-    same = lambda: shown.panel._lesson is item and shown.panel._ready and not shown.panel._dirty  # noqa: E731
+    same = lambda: shown.panel._lesson is item and shown.panel._sync.ready and not shown.panel._asking.waiting  # noqa: E731
     shown.wait(same, f'lesson {name}')
     methods = set(item.methods)
     shown.wait(lambda: set(shown.panel._link.answers.curves) == methods and shown.panel._link.answers.compared, 'runs')
@@ -206,7 +206,7 @@ def test_a_change_of_damping_shows_in_the_chart_at_once(shown):
     before = table.inner_text()
     shown.page.get_by_role('tab', name='Parameters').click()
     shown.type_into_slider('dls', 0.1)
-    shown.wait(lambda: shown.panel._parameters.shown['dls.damping'] == 0.1, 'another damping')
+    shown.wait(lambda: shown.panel._sync.parameters.shown['dls.damping'] == 0.1, 'another damping')
     deadline = time.monotonic() + TIMEOUT
     while table.inner_text() == before:
         assert time.monotonic() < deadline
@@ -220,7 +220,7 @@ def test_a_lesson_shows_its_phenomenon_on_the_page(shown, name, request):
     assert item.text['en'] in ' '.join(shown.page.get_by_test_id('lesson').inner_text().split())
     with shown.still():
         runs = dict(shown.panel._link.answers.runs)
-        values = shown.panel._parameters.node
+        values = shown.panel._sync.parameters.node
     assert {name: values[name] for name in item.values() if name in values} == {
         name: value for name, value in item.values().items() if name in values
     }

@@ -11,6 +11,7 @@ from ros_helpers import ROOT, allow_lark
 from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import METHODS, IkError
+from ros_ik_pkg.panel.answers import Answers
 from ros_ik_pkg.ros.output.statuses import key_values
 from ros_ik_pkg.tools.processes import ros_node
 
@@ -30,8 +31,8 @@ NODE = {
 class MadeUpNode:
     """Stands for the link to the node: answers at once, and notes what it was sent."""
 
-    def __init__(self, answers, values=NODE) -> None:
-        self.name, self.alive, self.answers = '/ik_node', True, answers
+    def __init__(self, values=NODE) -> None:
+        self.name, self.alive, self.answers = '/ik_node', True, Answers()
         self.values = dict(values)
         self.sent: list[dict] = []
         self.targets: list[np.ndarray] = []
@@ -98,23 +99,28 @@ def clock(monkeypatch):
     """The panel's clock, which stands still until a test moves it."""
     import types
 
-    from ros_ik_pkg.panel import panel
+    from ros_ik_pkg.panel import asking, node_sync, panel
 
     clock = types.SimpleNamespace(now=100.0)
-    monkeypatch.setattr(panel, 'time', types.SimpleNamespace(monotonic=lambda: clock.now))
+    for module in (asking, node_sync, panel):
+        monkeypatch.setattr(module, 'time', types.SimpleNamespace(monotonic=lambda: clock.now))
     return clock
 
 
 @pytest.fixture
-def panel(server, ros, clock):
+def panel(server, ros, clock, monkeypatch):
     """A panel on a node that is made up, not yet ticked."""
-    from ros_ik_pkg.panel.panel import Panel
-
     server.scene.reset()
     server.gui.reset()
-    panel = Panel(server, ros, 'ik_node')
-    panel._link = MadeUpNode(panel._link.answers)
-    return panel
+    return panel_on(MadeUpNode(), server, ros, monkeypatch)
+
+
+def panel_on(made_up, server, ros, monkeypatch):
+    """Return a panel on a node that is made up."""
+    from ros_ik_pkg.panel import panel
+
+    monkeypatch.setattr(panel, 'NodeLink', lambda *_: made_up)
+    return panel.Panel(server, ros, 'ik_node')
 
 
 def ticks(panel, count: int = 4) -> None:
@@ -217,7 +223,7 @@ def test_what_the_node_refuses_is_told_and_taken_back(panel):
     panel.tick()
     assert 'the node refused: not on a Tuesday' in status(panel)
     assert panel._controls.parameters._handles['max_iterations'].value == 700
-    assert 'max_iterations' not in panel._parameters.changed
+    assert 'max_iterations' not in panel._sync.parameters.changed
 
 
 def test_a_robot_that_the_node_refuses_is_left_again(panel):
@@ -225,7 +231,7 @@ def test_a_robot_that_the_node_refuses_is_left_again(panel):
     panel._link.refusal = lambda values: 'no such robot here' if values.get('robot') == 'ur5' else ''
     panel._events.put(lambda: panel.choose_robot('ur5'))
     ticks(panel)
-    assert panel._arm.name == 'puma560' and panel._controls._robot.value == 'puma560' and panel._ready
+    assert panel._arm.name == 'puma560' and panel._controls._robot.value == 'puma560' and panel._sync.ready
 
 
 @pytest.mark.parametrize('robot', ['../elsewhere/arm.urdf', ''])
@@ -391,7 +397,7 @@ def test_messages_that_make_no_sense_do_not_end_the_panel(ros):
 
 
 def test_the_cameras_follow_a_robot_of_another_size_and_a_target_far_away_alone(server):
-    from ros_ik_pkg.panel.camera import Camera
+    from ros_ik_pkg.panel.drawing.camera import Camera
 
     camera = Camera(server)
     camera.begin(1.0, 0.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,12 +10,13 @@ import viser
 
 from ros_ik_pkg.compare.problem import numbers_of, pose
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.html import tip_html
-from ros_ik_pkg.panel.lesson_tab import LessonTab
-from ros_ik_pkg.panel.obstacles import BALL, BOX, NONE
-from ros_ik_pkg.panel.parameter_controls import ParameterControls
-from ros_ik_pkg.panel.seed_sliders import SeedSliders
-from ros_ik_pkg.panel.texts import LANGUAGE_NAMES, Texts
+from ros_ik_pkg.panel.markup.html import tip_html
+from ros_ik_pkg.panel.markup.texts import LANGUAGE_NAMES, Texts
+from ros_ik_pkg.panel.pages.lessons import LessonTab
+from ros_ik_pkg.panel.pages.obstacles import BALL, BOX, NONE
+from ros_ik_pkg.panel.pages.page import Page
+from ros_ik_pkg.panel.pages.parameters import ParameterControls
+from ros_ik_pkg.panel.pages.seed_sliders import SeedSliders
 
 PRESET_ROWS = {
     'begin': ('Lecture notes', 'Random'),
@@ -50,6 +51,7 @@ class Controls:
         later: Callable[[Callable[[], object]], object],
         robots: Iterable[str],
         texts: Texts,
+        pages: Sequence[Page] = (),
         dark: bool = False,
     ) -> None:
         self._gui, self._actions, self._later, self._texts = gui, actions, later, texts
@@ -62,6 +64,10 @@ class Controls:
             self._seed = SeedSliders(gui, texts['seed'], self.on, actions.set_joint)
             with gui.add_folder(texts['tip']):
                 self._tip = gui.add_html(tip_html(None, ''))
+        with panel.add_tab(texts['motion tab']):
+            for page in pages:
+                with gui.add_folder(texts[page.title], expand_by_default=False):
+                    page.add()
         with panel.add_tab(texts['lessons']):
             self.lessons = LessonTab(gui, texts, self.on, later, actions.choose_lesson)
         with panel.add_tab(texts['parameters']):

@@ -11,11 +11,11 @@ import viser
 from ros_ik_pkg.compare.iterate import Iterate
 from ros_ik_pkg.compare.palette import COLOURS, COLOURS_ON_DARK, TARGET, rgb
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.arm_drawing import ROUND, ArmDrawing, floor_of, size_of, wxyz_of
-from ros_ik_pkg.panel.camera import Camera
-from ros_ik_pkg.panel.contact_drawing import ContactDrawing
-from ros_ik_pkg.panel.iterate_drawing import IterateDrawing
-from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+from ros_ik_pkg.panel.drawing.arm_drawing import ROUND, ArmDrawing, floor_of, size_of, wxyz_of
+from ros_ik_pkg.panel.drawing.camera import Camera
+from ros_ik_pkg.panel.drawing.contact_drawing import ContactDrawing
+from ros_ik_pkg.panel.drawing.iterate_drawing import IterateDrawing
+from ros_ik_pkg.panel.drawing.mesh_drawing import mesh_drawing
 
 LINK, JOINT = (205, 211, 219), (84, 96, 112)
 GHOST = (140, 150, 165)
@@ -43,6 +43,7 @@ class Scene:
         self._shown = self._goal = np.empty(0)
         self._dark = False
         self._arms = 0
+        self.released: Callable[[], object] = lambda: None  # called, on a thread of viser, when the gizmo is let go
 
     def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
         """Draw an arm at its seed (n,), with meshes if its source has them, and the target (4, 4)."""
@@ -83,11 +84,15 @@ class Scene:
         if q is not None:
             self._goal = q
 
+    def put(self, q: np.ndarray) -> None:
+        """Put the arm at q (n,) at once."""
+        self._body.visible = self._tip.visible = True
+        self._shown = self._goal = q
+        self._place_arm()
+
     def stand_at(self, iterate: Iterate, method: str, positions: np.ndarray) -> None:
         """Put the arm at an iterate of a descent with these joint positions (k, n), and show what is inside it."""
-        self._body.visible = self._tip.visible = True
-        self._shown = self._goal = iterate.q
-        self._place_arm()
+        self.put(iterate.q)
         self.iterate.show(iterate, method, positions)
 
     @property
@@ -159,6 +164,8 @@ class Scene:
             if event.client is not None:
                 rotation = pin.Quaternion(*event.target.wxyz).normalized().matrix()
                 self._moved(pin.SE3(rotation, np.array(event.target.position)).homogeneous)
+                if event.phase == 'end':
+                    self.released()
 
 
 def linear(colour: tuple[int, int, int]) -> np.ndarray:

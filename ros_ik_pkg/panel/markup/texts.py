@@ -10,6 +10,7 @@ LANGUAGE_NAMES = {'en': 'English', 'pl': 'Polski'}
 _TEXTS = {
     'task': ('Task', 'Zadanie'),
     'parameters': ('Parameters', 'Parametry'),
+    'motion tab': ('Motion', 'Ruch'),
     'lessons': ('Lessons', 'Lekcje'),
     'methods': ('Methods', 'Metody'),
     'iteration': ('Iteration', 'Iteracja'),
