@@ -25,17 +25,19 @@ from ros_ik_pkg.panel.markup.texts import Texts
 from ros_ik_pkg.panel.node_link import NodeLink
 from ros_ik_pkg.panel.node_sync import NodeSync
 from ros_ik_pkg.panel.pages.controls import Controls
+from ros_ik_pkg.panel.pages.drive import DrivePage
 from ros_ik_pkg.panel.pages.microscope import OFF, Microscope
 from ros_ik_pkg.panel.pages.obstacles import Obstacles
 from ros_ik_pkg.panel.pages.page import Page, Tools
 from ros_ik_pkg.panel.pages.parameters import COMPARE
+from ros_ik_pkg.panel.pages.path import PathPage
 from ros_ik_pkg.panel.pages.readings import Readings
 from ros_ik_pkg.panel.presets import PRESETS, notes
 from ros_ik_pkg.panel.robots import ROBOT_PARAMETERS, SHIPPED, Robots
 from ros_ik_pkg.ros.input.robot_source import urdf_text
 
 FIELDS = 0.2  # s for which the fields wait for a target that is dragged: a page does much for each change of them
-PAGES: tuple[type[Page], ...] = ()  # the folders of the tab *Motion*, from the top down
+PAGES: tuple[type[Page], ...] = (PathPage, DrivePage)  # the folders of the tab *Motion*, from the top down
 
 
 class Panel:
@@ -272,8 +274,6 @@ class Panel:
         self._add_page()
         self._controls.show_robots(self._robots.names, self._name)
         self._controls.show_arm(self._arm)
-        for page in self._pages:
-            page.begin(self._arm)
         self._show_parameters()
         self._pose(self._problem)
         if self._lesson is not None:

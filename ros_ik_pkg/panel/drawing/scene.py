@@ -41,13 +41,14 @@ class Scene:
         self._scene.configure_environment_map(hdri=None)
         self._camera = Camera(server)
         self._shown = self._goal = np.empty(0)
-        self._dark = False
+        self._dark = self._hidden = False
         self._arms = 0
         self.released: Callable[[], object] = lambda: None  # called, on a thread of viser, when the gizmo is let go
 
     def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
         """Draw an arm at its seed (n,), with meshes if its source has them, and the target (4, 4)."""
         self._scene.reset()
+        self._hidden = False
         self._arm = arm
         self._size = size = size_of(arm)
         self._add_lights()
@@ -84,6 +85,11 @@ class Scene:
         if q is not None:
             self._goal = q
 
+    @property
+    def standing(self) -> np.ndarray:
+        """Where the arm stands, or moves to (n,) [rad, m]."""
+        return self._goal
+
     def put(self, q: np.ndarray) -> None:
         """Put the arm at q (n,) at once."""
         self._body.visible = self._tip.visible = True
@@ -111,12 +117,17 @@ class Scene:
         colours = self._colours
         ways = {method: spaced(points, STRIDE * self._size) for method, points in paths.items()}
         segments = {method: np.stack([way[:-1], way[1:]], axis=1) for method, way in ways.items() if len(way) > 1}
-        self._paths.visible = bool(segments)
+        self._paths.visible = bool(segments) and not self._hidden
         if segments:
             self._paths.points = np.concatenate([*segments.values()]).astype(np.float32)
             self._paths.colors = np.concatenate(
                 [np.full(lines.shape, linear(rgb(colours[method]))) for method, lines in segments.items()]
             )
+
+    def hide_paths(self, hidden: bool) -> None:
+        """Hide the ways of the tip while something else is looked at, or show them again at the next comparison."""
+        self._hidden = hidden
+        self._paths.visible = False
 
     def choose_theme(self, dark: bool) -> None:
         """Set the floor for a light or dark page; tip paths change when they are drawn again."""
