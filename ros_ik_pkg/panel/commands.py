@@ -13,7 +13,7 @@ from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.ros.interface.servo_settings import SERVO_OPTIONS, ServoSettings
 from ros_ik_pkg.ros.servo.servo import motion_limits
 
-SECONDS = 6.0  # that are kept
+SECONDS = 10.0  # that are kept
 BINS = 100  # places in time of a chart
 
 

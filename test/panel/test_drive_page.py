@@ -63,8 +63,8 @@ def test_while_the_gizmo_is_held_the_tip_follows_it_within_speed_and_limits_and_
         shown.commands.clear()
     drag(shown, start, start + 0.12 * before[:3, 2])
     shown.wait(lambda: not drive._held and drive._released > 0.0, 'the release')
+    shown.screenshot(request.config.getoption('--screenshots'), 'panel_drive.png', wait=0.5)
     shown.wait(lambda: len(shown.commands) > 50 and np.abs(velocities(shown)[-30:]).max() < 1e-9, 'standstill')
-    shown.screenshot(request.config.getoption('--screenshots'), 'panel_drive.png')
     with shown.still():
         commands = [np.array(message.points[0].positions) for message in shown.commands]
         shares = np.abs(velocities(shown)) / judge.velocity_limits

@@ -1,7 +1,7 @@
 """The reach map of an arm: for each cell of poses, whether a configuration reaches it, and one that does.
 
-Random configurations fill most cells; then the surroundings of the configurations at the border of what is filled are
-tried, round by round, for the thin cells that random ones miss (docs/reach.md has the figures).
+Random configurations fill most cells; then steps from there into the cells beside them find those of which the arm
+reaches a thin corner only, round by round, until nothing new is found (docs/reach.md has the figures).
 """
 
 from __future__ import annotations
@@ -20,18 +20,17 @@ from numpy.typing import ArrayLike
 from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.reachability.aiming import mark_aimed
 from ros_ik_pkg.ik.reachability.cells import FACES, rotation_centres, rotation_neighbours
-from ros_ik_pkg.ik.reachability.sampling import UNKNOWN, look_at, mark_near, mark_samples, samples
+from ros_ik_pkg.ik.reachability.sampling import UNKNOWN, look_at, mark_samples, samples
 from ros_ik_pkg.ik.search.reach import make_reach
 from ros_ik_pkg.ik.search.starts import sampling_range
 from ros_ik_pkg.ik.world import World
 
 ACROSS = 21  # cells along each axis by default
 MOST_CELLS = 50_000_000
-SAMPLES, ROUNDS = 10_000_000, 8
+SAMPLES, ROUNDS = 10_000_000, 12
 CHUNKS = 8  # of the work: the same for any number of threads, so that the map is the same too
-SPREADS = (0.3, 0.6)  # [rad, m] in turns, around the configurations at the border
-TRIES = 30  # around each of them, in each round
 Progress = Callable[[int], object]
 
 
@@ -133,7 +132,7 @@ def reach_map(
     samples_count : int
         Random configurations.
     rounds : int
-        Rounds at the border of what is reached.
+        At most so many rounds of steps from reached cells into their neighbours.
     options : SolveOptions, optional
         Only `avoid_collisions` and `collision_margin` count.
     world : World, optional
@@ -141,7 +140,7 @@ def reach_map(
     workers : int, optional
         Threads; default: one for each core that this process may use. The map does not depend on it.
     progress : callable, optional
-        Called with the number of steps done since the last call, of 8 (1 + rounds) in all.
+        Called with the number of steps done since the last call, of 8 + rounds in all.
 
     Raises
     ------
@@ -160,8 +159,11 @@ def reach_map(
     work = _Work(arm, model, corner, step, shape, parts, options.collision_margin, progress)
     with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:
         work.sample(pool, samples_count)
-        for k in range(rounds):
-            work.look_around(pool, SPREADS[k % len(SPREADS)])
+        left = rounds
+        while left and work.aim(pool):
+            left -= 1
+            work.advance(1)
+        work.advance(left)
         return work.finish(pool)
 
 
@@ -194,7 +196,7 @@ class _Work:
     ) -> None:  # fmt: skip
         self._arm, self._model, self._shape, self._parts, self._margin = arm, model, shape, parts, margin
         self._grid = (corner, step, np.array(shape), parts)
-        self._advance = progress or (lambda steps: None)
+        self.advance = progress or (lambda steps: None)
         lower, upper = sampling_range(arm.geometry)
         self._lower, self._spans = lower, upper - lower
         self._rotations = FACES * parts**3
@@ -202,7 +204,7 @@ class _Work:
         self._known = np.zeros(self._cells, np.bool_)
         self._q = np.empty((0, arm.n))
         self._index = np.full(self._cells, UNKNOWN, np.int64)  # rows of q by cell
-        self._sources = 0
+        self._other = self._index.copy()  # the same of another configuration, for some of the cells
 
     def sample(self, pool: ThreadPoolExecutor, count: int) -> None:
         """Fill cells with random configurations."""
@@ -214,49 +216,66 @@ class _Work:
                          self._margin, found)  # fmt: skip
             return found
 
-        merged = np.full(self._cells, UNKNOWN, np.int64)
+        first, last = np.full((2, self._cells), UNKNOWN, np.int64)
         for found in pool.map(run, range(CHUNKS)):
-            merged = np.where(merged == UNKNOWN, found, merged)
-            self._advance(1)
-        cells = np.flatnonzero(merged != UNKNOWN)
-        self._take(cells, samples(merged[cells], self._lower, self._spans))
+            first = np.where(first == UNKNOWN, found, first)
+            last = np.where(found == UNKNOWN, last, found)
+            self.advance(1)
+        cells = np.flatnonzero(first != UNKNOWN)
+        self._take(cells, samples(first[cells], self._lower, self._spans))
+        cells = np.flatnonzero(last != first)  # more than one chunk came there
+        self._other[cells] = len(self._q) + np.arange(len(cells))
+        self._q = np.concatenate([self._q, samples(last[cells], self._lower, self._spans)])
 
     def _take(self, cells: np.ndarray, q: np.ndarray) -> None:
         self._index[cells] = len(self._q) + np.arange(len(cells))
         self._q = np.concatenate([self._q, q])
         self._known[cells] = True
 
-    def look_around(self, pool: ThreadPoolExecutor, spread: float) -> None:
-        """Try configurations around those at the border of what is reached."""
-        border = self._border()
-        sources = self._q[self._index[border]]
-        ends = np.linspace(0, len(sources), CHUNKS + 1).astype(np.int64)
+    def aim(self, pool: ThreadPoolExecutor) -> int:
+        """Step from reached cells into those beside them that are not reached, from both configurations that are known
+        of a cell; return how many cells are new."""
+        before = len(self._q)
         lower, upper = self._lower, self._lower + self._spans
+        cells, beside = self._border()
+        for index in (self._index, self._other):
+            sources = index[beside]
+            chosen = np.flatnonzero((sources != UNKNOWN) & ~self._known[cells])
+            goals, starts = cells[chosen], self._q[sources[chosen]]
+            ends = np.linspace(0, len(goals), CHUNKS + 1).astype(np.int64)
 
-        def run(k: int) -> np.ndarray:
-            part = sources[ends[k] : ends[k + 1]]
-            out = np.empty((min(len(part) * TRIES, self._cells) + 1, self._arm.n))
-            count = mark_near(self._model, part, lower, upper, spread, TRIES, *self._grid, self._sources + ends[k],
-                              self._margin, self._known.copy(), out)  # fmt: skip
-            return out[:count]
+            def run(k: int, goals: np.ndarray = goals, starts: np.ndarray = starts, ends: np.ndarray = ends) -> Any:
+                part = slice(ends[k], ends[k + 1])
+                out = np.empty((2 * (ends[k + 1] - ends[k]) + 1, self._arm.n))
+                count = mark_aimed(self._model, goals[part], starts[part], lower, upper, *self._grid, self._margin,
+                                   self._known.copy(), out)  # fmt: skip
+                return out[:count]
 
-        for q in pool.map(run, range(CHUNKS)):
-            cells, _ = look_at(self._model, q, *self._grid)
-            new = ~self._known[cells]
-            self._take(cells[new], q[new])
-            self._advance(1)
-        self._sources += len(sources)
+            for q in pool.map(run, range(CHUNKS)):
+                found, _ = look_at(self._model, q, *self._grid)
+                new = ~self._known[found]
+                self._take(found[new], q[new])
+        return len(self._q) - before
 
-    def _border(self) -> np.ndarray:
-        """Return the reached cells with a neighbour, in position or rotation, that is not."""
+    def _border(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return pairs of neighbours, in position or rotation: cells (k,) that are not reached, ascending, and cells
+        (k,) that are."""
         known = self._known.reshape(*self._shape, self._rotations)
-        inside = np.asarray(known[..., rotation_neighbours(self._parts)].all(axis=-1))
+        number = np.arange(self._cells).reshape(known.shape)
+        cells, beside = [], []
         for axis in range(3):
             behind, before = [slice(None)] * 4, [slice(None)] * 4
             behind[axis], before[axis] = slice(1, None), slice(0, -1)
-            inside[tuple(before)] &= known[tuple(behind)]
-            inside[tuple(behind)] &= known[tuple(before)]
-        return np.flatnonzero(known & ~inside)
+            for one, other in ((tuple(behind), tuple(before)), (tuple(before), tuple(behind))):
+                pairs = ~known[one] & known[other]
+                cells.append(number[one][pairs])
+                beside.append(number[other][pairs])
+        for column in rotation_neighbours(self._parts).T:
+            pairs = ~known & known[..., column]
+            cells.append(number[pairs])
+            beside.append(number[..., column][pairs])
+        order = np.argsort(np.concatenate(cells), kind='stable')
+        return np.concatenate(cells)[order], np.concatenate(beside)[order]
 
     def finish(self, pool: ThreadPoolExecutor) -> ReachMap:
         """Return the map."""

@@ -88,6 +88,7 @@ class DrivePage(Page):
         self._heard = self._tools.link.listen(topics.JOINT_TRAJECTORY, self._commands.take, QUEUE)
         self._held, self._released, self._status = False, -FADE, None
         self._take_hold(start)
+        self._tools.scene.hide_paths(True)
         if not rate:
             self._desk.set_parameters({RATE: COMMAND_RATE})
         self._say()
@@ -99,6 +100,7 @@ class DrivePage(Page):
         q = self._commands.position
         self._send(np.zeros(6))
         self._tools.link.leave(self._heard)
+        self._tools.scene.hide_paths(False)
         self.drives, self._commands, self._heard = False, None, None
         self._switch.value = False
         if not self._rate_before:
