@@ -17,6 +17,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm
@@ -63,6 +64,16 @@ class NodeLink:
         qos = topic.qos
         qos.depth = queue or qos.depth
         return self._node.create_subscription(topic.type, topic.of(self.name), self._queued(callback), qos)
+
+    def call(self, service: str, done: Callable[[str], object]) -> None:
+        """Call a service of type std_srvs/Trigger, such as ~/map_reach; `done` gets what it answers."""
+        client = self._node.create_client(Trigger, self.name + service.removeprefix('~'))
+
+        def answered(future: Any) -> None:
+            self._node.destroy_client(client)
+            done(future.result().message)
+
+        client.call_async(Trigger.Request()).add_done_callback(self._queued(answered))
 
     def leave(self, subscription: Subscription | None) -> None:
         """Listen no more."""

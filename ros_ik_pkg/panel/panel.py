@@ -31,13 +31,14 @@ from ros_ik_pkg.panel.pages.obstacles import Obstacles
 from ros_ik_pkg.panel.pages.page import Page, Tools
 from ros_ik_pkg.panel.pages.parameters import COMPARE
 from ros_ik_pkg.panel.pages.path import PathPage
+from ros_ik_pkg.panel.pages.reach import ReachPage
 from ros_ik_pkg.panel.pages.readings import Readings
 from ros_ik_pkg.panel.presets import PRESETS, notes
 from ros_ik_pkg.panel.robots import ROBOT_PARAMETERS, SHIPPED, Robots
 from ros_ik_pkg.ros.input.robot_source import urdf_text
 
 FIELDS = 0.2  # s for which the fields wait for a target that is dragged: a page does much for each change of them
-PAGES: tuple[type[Page], ...] = (PathPage, DrivePage)  # the folders of the tab *Motion*, from the top down
+PAGES: tuple[type[Page], ...] = (PathPage, DrivePage, ReachPage)  # the folders of the tab *Motion*, from the top down
 
 
 class Panel:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import types
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from ros_helpers import ROOT, allow_lark
 from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import METHODS, IkError
 from ros_ik_pkg.panel.answers import Answers
+from ros_ik_pkg.ros.interface.servo_settings import SERVO_OPTIONS
 from ros_ik_pkg.ros.output.statuses import key_values
 from ros_ik_pkg.tools.processes import ros_node
 
@@ -24,7 +27,8 @@ NODE = {
     'method': 'adaptive_dls',
     'max_iterations': 700, 'step_size': 1.0, 'dls.damping': 2.5, 'adaptive_dls.damping': 1e-3,
     'adaptive_dls.gain': 0.2, 'sdls.max_step': 0.7, 'position_tolerance': 3e-5, 'orientation_tolerance': 1e-3,
-    'compare': [],
+    'compare': [], 'path.tool_speed': 0.0, 'path.max_reconfigurations': 0, 'velocity_scale': 1.0,
+    **{option.ros_name: option.default for option in SERVO_OPTIONS},
 }  # fmt: skip
 
 
@@ -35,6 +39,8 @@ class MadeUpNode:
         self.name, self.alive, self.answers = '/ik_node', True, Answers()
         self.values = dict(values)
         self.sent: list[dict] = []
+        self.published: list = []
+        self.heard: dict[str, Callable] = {}
         self.targets: list[np.ndarray] = []
         self.refusal: Callable[[dict], str] = lambda _: ''
 
@@ -47,6 +53,21 @@ class MadeUpNode:
         if not refusal:
             self.values |= values
         done(refusal)
+
+    def now(self) -> Time:
+        return Time(sec=7)
+
+    def publisher(self, topic):
+        return types.SimpleNamespace(publish=self.published.append)
+
+    def listen(self, topic, callback, queue=0):
+        self.heard[topic.name] = callback
+
+    def leave(self, subscription) -> None:
+        pass
+
+    def call(self, service, done) -> None:
+        done(f'{service} is called')
 
     def publish_joints(self, arm, positions) -> None:
         self.joints = positions
@@ -97,8 +118,6 @@ def ros():
 @pytest.fixture
 def clock(monkeypatch):
     """The panel's clock, which stands still until a test moves it."""
-    import types
-
     from ros_ik_pkg.panel import asking, node_sync, panel
 
     clock = types.SimpleNamespace(now=100.0)

@@ -148,6 +148,41 @@ def reach_map(
         If an argument is out of range, or if the arm slides without end and no box is given.
 
     """
+    problem = reach_problem(arm, step, parts, box, samples_count, rounds, options, world)
+    return solve_reach_problem(problem, workers, progress)
+
+
+@dataclass(frozen=True)
+class ReachProblem:
+    """All that a map is made of, in plain values: another process can make it (apart.py).
+
+    model: a packed arm, with a packed scene behind it if contact counts.
+    """
+
+    joint_names: tuple[str, ...]
+    base_frame: str
+    model: np.ndarray
+    lower: np.ndarray  # (n,) of the configurations that are tried [rad, m]
+    upper: np.ndarray  # (n,)
+    corner: np.ndarray  # (3,) [m]
+    step: float  # m
+    shape: tuple[int, int, int]
+    parts: int
+    margin: float  # m
+    samples: int
+    rounds: int
+
+    @property
+    def grid(self) -> tuple[np.ndarray, float, np.ndarray, int]:
+        """The cells, as compiled code takes them."""
+        return self.corner, self.step, np.array(self.shape), self.parts
+
+
+def reach_problem(
+    arm: Arm, step: float | None = None, parts: int = 3, box: ArrayLike | None = None, samples_count: int = SAMPLES,
+    rounds: int = ROUNDS, options: SolveOptions | None = None, world: World | None = None,
+) -> ReachProblem:  # fmt: skip
+    """Check the arguments of `reach_map` and return what they mean; raises ArgumentError."""
     options = options or SolveOptions()
     corner, step, shape = _grid(arm, step, box)
     if parts < 1 or math.prod(shape) * FACES * parts**3 > MOST_CELLS:
@@ -156,10 +191,19 @@ def reach_map(
     model = arm.packed
     if options.avoid_collisions and arm.shaped:
         model = arm.contacts.room(world).behind(model)
-    work = _Work(arm, model, corner, step, shape, parts, options.collision_margin, progress)
+    lower, upper = sampling_range(arm.geometry)
+    return ReachProblem(arm.joint_names, arm.base_frame, model, lower, upper, corner, step, shape, parts,
+                        options.collision_margin, samples_count, rounds)  # fmt: skip
+
+
+def solve_reach_problem(
+    problem: ReachProblem, workers: int | None = None, progress: Progress | None = None
+) -> ReachMap:
+    """Make the map of a problem, as `reach_map` does."""
+    work = _Work(problem, progress)
     with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:
-        work.sample(pool, samples_count)
-        left = rounds
+        work.sample(pool)
+        left = problem.rounds
         while left and work.aim(pool):
             left -= 1
             work.advance(1)
@@ -188,32 +232,29 @@ def _grid(arm: Arm, step: float | None, box: ArrayLike | None) -> tuple[np.ndarr
 
 
 class _Work:
-    """A map in the making: `found` has the number of the sample that reaches a cell, `q` what the rounds found."""
+    """A map in the making."""
 
-    def __init__(
-        self, arm: Arm, model: np.ndarray, corner: np.ndarray, step: float, shape: tuple[int, int, int], parts: int,
-        margin: float, progress: Progress | None,
-    ) -> None:  # fmt: skip
-        self._arm, self._model, self._shape, self._parts, self._margin = arm, model, shape, parts, margin
-        self._grid = (corner, step, np.array(shape), parts)
+    def __init__(self, problem: ReachProblem, progress: Progress | None) -> None:
+        self._problem, self._grid = problem, problem.grid
         self.advance = progress or (lambda steps: None)
-        lower, upper = sampling_range(arm.geometry)
-        self._lower, self._spans = lower, upper - lower
-        self._rotations = FACES * parts**3
-        self._cells = math.prod(shape) * self._rotations
+        self._n = len(problem.lower)
+        self._rotations = FACES * problem.parts**3
+        self._cells = math.prod(problem.shape) * self._rotations
         self._known = np.zeros(self._cells, np.bool_)
-        self._q = np.empty((0, arm.n))
+        self._q = np.empty((0, self._n))
         self._index = np.full(self._cells, UNKNOWN, np.int64)  # rows of q by cell
         self._other = self._index.copy()  # the same of another configuration, for some of the cells
 
-    def sample(self, pool: ThreadPoolExecutor, count: int) -> None:
+    def sample(self, pool: ThreadPoolExecutor) -> None:
         """Fill cells with random configurations."""
-        ends = np.linspace(0, count, CHUNKS + 1).astype(np.int64)
+        problem = self._problem
+        lower, spans = problem.lower, problem.upper - problem.lower
+        ends = np.linspace(0, problem.samples, CHUNKS + 1).astype(np.int64)
 
         def run(k: int) -> np.ndarray:
             found = np.full(self._cells, UNKNOWN, np.int64)
-            mark_samples(self._model, self._lower, self._spans, *self._grid, ends[k], ends[k + 1] - ends[k],
-                         self._margin, found)  # fmt: skip
+            mark_samples(problem.model, lower, spans, *self._grid, ends[k], ends[k + 1] - ends[k], problem.margin,
+                         found)  # fmt: skip
             return found
 
         first, last = np.full((2, self._cells), UNKNOWN, np.int64)
@@ -222,10 +263,10 @@ class _Work:
             last = np.where(found == UNKNOWN, last, found)
             self.advance(1)
         cells = np.flatnonzero(first != UNKNOWN)
-        self._take(cells, samples(first[cells], self._lower, self._spans))
+        self._take(cells, samples(first[cells], lower, spans))
         cells = np.flatnonzero(last != first)  # more than one chunk came there
         self._other[cells] = len(self._q) + np.arange(len(cells))
-        self._q = np.concatenate([self._q, samples(last[cells], self._lower, self._spans)])
+        self._q = np.concatenate([self._q, samples(last[cells], lower, spans)])
 
     def _take(self, cells: np.ndarray, q: np.ndarray) -> None:
         self._index[cells] = len(self._q) + np.arange(len(cells))
@@ -235,8 +276,7 @@ class _Work:
     def aim(self, pool: ThreadPoolExecutor) -> int:
         """Step from reached cells into those beside them that are not reached, from both configurations that are known
         of a cell; return how many cells are new."""
-        before = len(self._q)
-        lower, upper = self._lower, self._lower + self._spans
+        before, problem = len(self._q), self._problem
         cells, beside = self._border()
         for index in (self._index, self._other):
             sources = index[beside]
@@ -246,13 +286,13 @@ class _Work:
 
             def run(k: int, goals: np.ndarray = goals, starts: np.ndarray = starts, ends: np.ndarray = ends) -> Any:
                 part = slice(ends[k], ends[k + 1])
-                out = np.empty((2 * (ends[k + 1] - ends[k]) + 1, self._arm.n))
-                count = mark_aimed(self._model, goals[part], starts[part], lower, upper, *self._grid, self._margin,
-                                   self._known.copy(), out)  # fmt: skip
+                out = np.empty((2 * (ends[k + 1] - ends[k]) + 1, self._n))
+                count = mark_aimed(problem.model, goals[part], starts[part], problem.lower, problem.upper, *self._grid,
+                                   problem.margin, self._known.copy(), out)  # fmt: skip
                 return out[:count]
 
             for q in pool.map(run, range(CHUNKS)):
-                found, _ = look_at(self._model, q, *self._grid)
+                found, _ = look_at(problem.model, q, *self._grid)
                 new = ~self._known[found]
                 self._take(found[new], q[new])
         return len(self._q) - before
@@ -260,7 +300,7 @@ class _Work:
     def _border(self) -> tuple[np.ndarray, np.ndarray]:
         """Return pairs of neighbours, in position or rotation: cells (k,) that are not reached, ascending, and cells
         (k,) that are."""
-        known = self._known.reshape(*self._shape, self._rotations)
+        known = self._known.reshape(*self._problem.shape, self._rotations)
         number = np.arange(self._cells).reshape(known.shape)
         cells, beside = [], []
         for axis in range(3):
@@ -270,7 +310,7 @@ class _Work:
                 pairs = ~known[one] & known[other]
                 cells.append(number[one][pairs])
                 beside.append(number[other][pairs])
-        for column in rotation_neighbours(self._parts).T:
+        for column in rotation_neighbours(self._problem.parts).T:
             pairs = ~known & known[..., column]
             cells.append(number[pairs])
             beside.append(number[..., column][pairs])
@@ -279,10 +319,10 @@ class _Work:
 
     def finish(self, pool: ThreadPoolExecutor) -> ReachMap:
         """Return the map."""
+        problem = self._problem
         cells = np.flatnonzero(self._known)
         q = self._q[self._index[cells]]
-        parts = np.array_split(q, CHUNKS)
-        sigmas = np.concatenate([s for _, s in pool.map(lambda rows: look_at(self._model, rows, *self._grid), parts)])
-        corner, step = self._grid[:2]
-        return ReachMap(self._arm.joint_names, self._arm.base_frame, corner, step, self._shape, self._parts, cells, q,
-                        sigmas)  # fmt: skip
+        looks = pool.map(lambda rows: look_at(problem.model, rows, *self._grid), np.array_split(q, CHUNKS))
+        sigmas = np.concatenate([sigma for _, sigma in looks])
+        return ReachMap(problem.joint_names, problem.base_frame, problem.corner, problem.step, problem.shape,
+                        problem.parts, cells, q, sigmas)  # fmt: skip

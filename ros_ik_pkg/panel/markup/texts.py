@@ -196,6 +196,22 @@ _TEXTS = {
     'velocity': ('Velocity', 'Prędkość'),
     'acceleration': ('Acceleration', 'Przyspieszenie'),
     'peak': ('at most {share} % of its limit: {name}', 'najwyżej {share} % ograniczenia: {name}'),
+    # The reach
+    'reach': ('Reach', 'Zasięg'),
+    'map reach': ('Map the reach', 'Wyznacz zasięg'),
+    'show reach': ('Show it', 'Pokaż'),
+    'cut': ('Cut at y [m]', 'Przekrój y [m]'),
+    'reach hint': (
+        'The node maps what the arm reaches, in some ten seconds; the first time on a machine takes longer.',
+        'Węzeł wyznacza zasięg ramienia w kilkanaście sekund; za pierwszym razem na maszynie trwa to dłużej.',
+    ),
+    'reach known': (
+        '{count} positions, from red (few rotations) to blue (all). Click one: the arm goes there.',
+        'Pozycji: {count}, od czerwonych (mało obrotów) do niebieskich (wszystkie). Kliknij: ramię tam pojedzie.',
+    ),
+    'reach at': (
+        '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % of the rotations', '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % obrotów',
+    ),
     # Lessons
     'newton': ('Newton in one dimension', 'Newton w jednym wymiarze'),
     'newton text': (
