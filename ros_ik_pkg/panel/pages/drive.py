@@ -43,6 +43,7 @@ class DrivePage(Page):
         self._rate_before = 0.0  # Hz, of the node, before the page drives
         self._released, self._held = -FADE, False  # s: when the gizmo was let go
         self._target = np.eye(4)  # the last one that the page has seen
+        self._at = np.empty(0)  # (n,) the command at whose tip the gizmo was put
         self._drawn = 0.0  # s
         self._status: DiagnosticStatus | None = None
         self._speeds = (SPEED, TURN)
@@ -111,7 +112,7 @@ class DrivePage(Page):
     def _take_hold(self, q: np.ndarray) -> None:
         """Put the gizmo at the tip of q (n,)."""
         self._desk.start_from(q)
-        self._target = self._desk.target
+        self._target, self._at = self._desk.target, q
 
     def release(self) -> None:
         """Take note that the gizmo was let go: it goes back to the tip, which stops."""
@@ -130,9 +131,11 @@ class DrivePage(Page):
             self._held, self._target = True, self._desk.target
         if self._held:
             self._send(self._twist(self._arm.forward(q)))
-        elif now - self._released < FADE:
-            self._send(np.zeros(6))
-            self._take_hold(q)
+        else:
+            if now - self._released < FADE:
+                self._send(np.zeros(6))
+            if not np.array_equal(q, self._at):  # it comes to rest
+                self._take_hold(q)
         if now - self._drawn >= DRAWN:
             self._drawn = now
             self._charts.content = commands_html(self._commands.peaks, short_names(self._arm.joint_names), self._texts)
