@@ -54,8 +54,8 @@ class Panel:
         self._texts, self._dark = Texts(), False
         self._lesson: Lesson | None = None
         self._scene = Scene(server, lambda pose: self._events.put(lambda: self.set_target(pose, dragged=True)))
-        tools = Tools(server, self._scene, self._link, self._texts, self._events.put, self)
-        self._pages = [kind(tools) for kind in PAGES]
+        self._tools = Tools(server, self._scene, self._link, self._texts, self._events.put, self)
+        self._pages = [kind(self._tools) for kind in PAGES]
         self._view = AnswerView(
             self._link.answers, self._scene, self._texts, lambda: self._problem, lambda: self.parameters,
             self._interrupt,
@@ -72,9 +72,7 @@ class Panel:
         """Add everything beside the scene, in the language of the page."""
         gui = self._server.gui
         gui.reset()
-        self._controls = Controls(
-            gui, self, self._events.put, self._robots.names, self._texts, self._pages, self._dark
-        )
+        self._controls = Controls(self, self._tools, self._robots.names, self._pages, self._dark)
         self._readings = Readings(gui, self._texts, self._make_microscope)
         self._view.controls, self._view.readings = self._controls, self._readings
 

@@ -74,7 +74,7 @@ class DrivePage(Page):
 
     def choose(self, on: bool) -> None:
         """Drive, or leave the arm where it is and let the target be solved again."""
-        if on == self.drives or self._arm is None:
+        if on == self.drives:
             return
         if not on:
             q = self._end()
@@ -122,7 +122,7 @@ class DrivePage(Page):
 
     def tick(self) -> None:
         """Say where the arm is, as a robot does, send a twist while the gizmo is held, and draw the commands."""
-        if self._commands is None or self._arm is None:
+        if self._commands is None:
             return
         now, q = time.monotonic(), self._commands.position
         self._tools.link.publish_joints(self._arm, q)
@@ -147,7 +147,6 @@ class DrivePage(Page):
         return np.concatenate([_at_most(linear, self._speeds[0]), _at_most(angular, self._speeds[1])])
 
     def _send(self, twist: np.ndarray) -> None:
-        assert self._arm is not None
         message = TwistStamped()
         message.header.frame_id = self._arm.base_frame
         for part, numbers in ((message.twist.linear, twist[:3]), (message.twist.angular, twist[3:])):

@@ -73,7 +73,8 @@ class Tools:
 
         @group.on_click
         def _(event: viser.GuiEvent) -> None:
-            self.later(by_text[event.target.value])
+            text = event.target.value
+            self.later(lambda: by_text[text]())
 
 
 class Page:
@@ -81,14 +82,14 @@ class Page:
 
     title = ''  # key of its text
     parameters: tuple[str, ...] = ()  # of the node, that the page shows
+    _arm: Arm  # of the page, from the first call of `begin` on
     drives = False  # whether the page moves the arm by itself: the panel sends neither joint states nor targets then
 
     def __init__(self, tools: Tools) -> None:
         self._tools, self._texts, self._desk = tools, tools.texts, tools.desk
-        self._arm: Arm | None = None
 
     def add(self) -> None:
-        """Add the controls; again if the language of the page changes."""
+        """Add the controls; first of all, and again if the language of the page changes."""
 
     def begin(self, arm: Arm) -> None:
         """Begin with an arm, in a scene that was emptied."""

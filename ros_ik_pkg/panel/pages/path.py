@@ -138,11 +138,6 @@ class PathPage(Page):
         self._say()
         self._show_motion()
 
-    @property
-    def _known_arm(self) -> Arm:
-        assert self._arm is not None  # the panel begins with one
-        return self._arm
-
     # The node.
 
     def solve(self) -> None:
@@ -151,7 +146,7 @@ class PathPage(Page):
             raise ArgumentError(self._texts['path hint'])
         self._forget()
         path = Path()
-        path.header.frame_id, path.header.stamp = self._known_arm.base_frame, self._tools.link.now()
+        path.header.frame_id, path.header.stamp = self._arm.base_frame, self._tools.link.now()
         for pose in self._poses:
             stamped = PoseStamped()
             write_pose(stamped.pose, pose)
@@ -181,7 +176,7 @@ class PathPage(Page):
         """Show the motion once it and its result are there."""
         if self._result.get('outcome') == SOLVED and self._coming is not None:
             times = list(map(float, self._result['reconfigured_at_times'].split()))
-            self._motion, self._coming = read_motion(self._coming, self._known_arm, times), None
+            self._motion, self._coming = read_motion(self._coming, self._arm, times), None
             self._time = 0.0
             self._show_motion()
 
@@ -212,7 +207,7 @@ class PathPage(Page):
         """Show charts and slider of the motion, or none."""
         motion = self._motion
         self._slider.disabled = motion is None
-        if motion is None or self._arm is None:
+        if motion is None:
             self._charts.content = self._moment.content = ''
             return
         self._charts.content = charts_html(motion, self._arm, short_names(self._arm.joint_names), self._texts)
