@@ -70,11 +70,11 @@ class ShownPanel:
         if close.count():
             close.first.click()
 
-    def screenshot(self, folder: str | None, name: str, wait: float = 6.0) -> None:
-        """Write the page to a file, if there is a folder, after a wait [s]: a frame takes a second without a GPU."""
+    def screenshot(self, folder: str | None, name: str) -> None:
+        """Write the page to a file, if there is a folder; without a GPU a frame takes a second."""
         if folder:
             self.close_warning()
-            self.page.wait_for_timeout(1e3 * wait)
+            self.page.wait_for_timeout(6e3)
             self.page.screenshot(path=Path(folder) / name, timeout=200e3)
 
     def iteration(self) -> int:

@@ -1,7 +1,4 @@
-"""The folder *Drive* in a real browser, over a real node: the gizmo pulls the arm, and the charts are the commands'.
-
-`scripts/test test/panel/test_drive_page.py --screenshots docs` also writes the picture of the documentation.
-"""
+"""The folder *Drive* in a real browser, over a real node: the gizmo pulls the arm, and the charts are the commands'."""
 
 from __future__ import annotations
 
@@ -50,7 +47,7 @@ def rate_of(shown: ShownPanel) -> float:
     return shown.panel._sync.parameters.node.get('command_rate')
 
 
-def test_while_the_gizmo_is_held_the_tip_follows_it_within_speed_and_limits_and_stops_when_it_is_let_go(shown, request):
+def test_while_the_gizmo_is_held_the_tip_follows_it_within_speed_and_limits_and_stops_when_it_is_let_go(shown):
     drive, arm, judge = page_of(shown), shown.panel._arm, load_arm('panda')
     shown.page.get_by_label('Drive by the gizmo').check()
     shown.wait(lambda: rate_of(shown) == 100.0, 'a stream', START_TIMEOUT)
@@ -63,7 +60,6 @@ def test_while_the_gizmo_is_held_the_tip_follows_it_within_speed_and_limits_and_
         shown.commands.clear()
     drag(shown, start, start + 0.12 * before[:3, 2])
     shown.wait(lambda: not drive._held and drive._released > 0.0, 'the release')
-    shown.screenshot(request.config.getoption('--screenshots'), 'panel_drive.png', wait=0.5)
     shown.wait(lambda: len(shown.commands) > 50 and np.abs(velocities(shown)[-30:]).max() < 1e-9, 'standstill')
     with shown.still():
         commands = [np.array(message.points[0].positions) for message in shown.commands]
