@@ -46,6 +46,8 @@ def main() -> int:
             return check_paths(arguments.check_paths)
         if arguments.servo:
             return measure_servo(arguments.servo)
+        if arguments.reach:
+            return measure_reach(arguments.reach)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
         measure(arguments, report)
         report.save(arguments.output)
@@ -72,6 +74,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--collision', type=_positive, metavar='N')
     parser.add_argument('--check-paths', type=_positive, metavar='N')
     parser.add_argument('--servo', type=_positive, metavar='N')
+    parser.add_argument('--reach', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -146,6 +149,15 @@ def measure_servo(count: int) -> int:
     )  # fmt: skip
     print('\n\n'.join(map(markdown, tables)))
     return int(100 * sum(int(row[-1]) for row in reasons) > count)
+
+
+def measure_reach(count: int) -> int:
+    """Map what two arms reach, and judge each map by N random poses; 1 if one is in a cell that is not reached."""
+    from bench.reach import REACH_HEAD, reach_rows
+
+    rows, wrong = reach_rows(count)
+    print(markdown([REACH_HEAD, *rows]))
+    return int(wrong > 0)
 
 
 def measure(arguments: argparse.Namespace, report: Report) -> None:

@@ -37,6 +37,7 @@ from ros_ik_pkg.ros.output.moveit_services import MoveItServices
 from ros_ik_pkg.ros.output.paths import Paths
 from ros_ik_pkg.ros.output.publisher import Publisher
 from ros_ik_pkg.ros.output.publishers import Publishers
+from ros_ik_pkg.ros.output.reach import Reach
 from ros_ik_pkg.ros.output.statuses import servo_message
 from ros_ik_pkg.ros.runtime.companion_node import let_owner_destroy
 from ros_ik_pkg.ros.runtime.node_names import name_in_statuses
@@ -76,6 +77,7 @@ class IkNode(Node):
         self._outputs = Publishers(self)
         self._comparison = Comparison(self, self._outputs.trace)
         self._paths = Paths(self, self._handler)
+        self._reach = Reach(self, self._handler)
         self._diagnostics = Diagnostics(
             self, self._handler, self._what_is_missing, self._outputs.reports.take_dropped
         )  # fmt: skip
@@ -292,6 +294,7 @@ class IkNode(Node):
         self._targets.close()
         self._report_results()
         self._paths.close()
+        self._reach.close()
         self._compilation.close()
         self._outputs.reports.close()
         self._comparison.worker.close()

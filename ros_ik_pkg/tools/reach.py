@@ -72,7 +72,7 @@ def write_map(arm: Arm, given: argparse.Namespace, options: SolveOptions) -> Non
     box = None if given.box is None else np.reshape(given.box, (2, 3))
     found = reach_map(
         arm, given.step, given.parts, box, given.samples, ROUNDS, options, World(floor=given.floor),
-        progress=progress_bar(CHUNKS * (1 + ROUNDS), 'reach'),
+        progress=progress_bar(CHUNKS + ROUNDS, 'reach'),
     )  # fmt: skip
     print(summary(arm, found, time.monotonic() - began))
     if given.plot:

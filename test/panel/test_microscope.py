@@ -6,130 +6,57 @@ test/panel/test_microscope.py --screenshots docs` also writes the pictures of th
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
-import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from browser import PAGE_TIMEOUT, need_browser, open_page, running
+from browser import need_browser
 from numerics import pinocchio_tip
-from ros_helpers import CALM_ARGUMENTS, TIMEOUT, allow_lark
+from rclpy.qos import QoSProfile
+from ros_helpers import TIMEOUT, allow_lark
 
-from ros_ik_pkg.ik import TRACE_COLUMNS, load_arm
+from ros_ik_pkg.ik import METHODS, TRACE_COLUMNS, load_arm
 from ros_ik_pkg.ros.interface import topics
-from ros_ik_pkg.tools.processes import ros_node
 
 need_browser()
-import viser  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import QoSProfile  # noqa: E402
+from shown_panel import ShownPanel, shown_panel  # noqa: E402  (these import viser)
 
 from ros_ik_pkg.compare.lessons import LESSONS, lesson  # noqa: E402
-from ros_ik_pkg.panel.panel import Panel  # noqa: E402
-from ros_ik_pkg.panel.panel_node import TICK, spin_for  # noqa: E402
-from ros_ik_pkg.panel.texts import all_texts  # noqa: E402
+from ros_ik_pkg.panel.markup.texts import all_texts  # noqa: E402
 
 pytestmark = [allow_lark, pytest.mark.once]
-NODE = ('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', 'max_iterations:=2000', '-p', 'position_tolerance:=1e-6',
-        '-p', 'orientation_tolerance:=1e-6', *CALM_ARGUMENTS)  # fmt: skip
 JOINT_ARROWS = 6
-
-
-class Page:
-    """A browser page, the panel behind it, and the traces that the node published."""
-
-    def __init__(self, page, panel: Panel, lock: threading.Lock, traces: list) -> None:
-        self.page, self.panel, self._lock, self.traces = page, panel, lock, traces
-
-    def still(self):
-        """Return the lock that keeps the panel from ticking."""
-        return self._lock
-
-    def press(self, name: str) -> None:
-        self.page.get_by_role('button', name=name, exact=True).click()
-
-    def type_into_slider(self, label: str, value: object) -> None:
-        """Type a value into the field beside a slider that is to be seen."""
-        labels = self.page.locator('label').filter(has_text=re.compile(f'^{label}$'))
-        row = labels.locator('xpath=ancestor::*[contains(@class, "mantine-Flex-root")][1]')
-        field = row.locator('input[inputmode=decimal]').filter(visible=True).last
-        field.fill(str(value))
-        field.press('Enter')
-
-    def wait(self, condition, what: str) -> None:
-        deadline = time.monotonic() + TIMEOUT
-        while True:
-            with self._lock:
-                if condition():
-                    return
-            assert time.monotonic() < deadline, f'never: {what}'
-            self.page.wait_for_timeout(50)
-
-    def iteration(self) -> int:
-        """Return the iteration that the card is about, -1 if there is no card."""
-        part = self.page.get_by_test_id('iterate')
-        return int(part.get_attribute('data-iteration') or -1)
-
-    def figures(self) -> dict[str, float]:
-        """Return the figures of the card by name."""
-        spans = self.page.get_by_test_id('iterate').locator('[data-figure]')
-        return {span.get_attribute('data-figure'): float(span.inner_text()) for span in spans.all()}
-
-    def row(self, method: str, iteration: int) -> dict[str, float]:
-        """Return a row of the newest trace of a compared method, as the node published it."""
-        label = f'rows method={method} run=comparison stamp={self.panel._link.answers.stamp}'
-        message = [trace for trace in self.traces if trace.layout.dim[0].label == label][-1]
-        matrix = np.array(message.data).reshape(message.layout.dim[0].size, -1)
-        row = matrix[iteration]
-        return dict(zip(TRACE_COLUMNS, row)) | {'q': row[len(TRACE_COLUMNS) :]}
 
 
 @pytest.fixture(scope='module')
 def shown(tmp_path_factory, request):
-    large = bool(request.config.getoption('--screenshots'))
+    size = (1600, 950) if request.config.getoption('--screenshots') else (1280, 720)
     log = tmp_path_factory.mktemp('node') / 'node.log'
-    lock, stop, traces = threading.Lock(), threading.Event(), []
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = viser.ViserServer(host='127.0.0.1', port=18110, verbose=False)
-    server.gui.configure_theme(show_logo=False, show_share_button=False)
-    with running(log, *NODE), ros_node('test_microscope') as node:
-        panel = Panel(server, node, topics.NODE_NAME)
-        topic = topics.TRACE
-        node.create_subscription(topic.type, topic.of('/ik_node'), traces.append, QoSProfile(depth=100))
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-
-        def serve() -> None:
-            while not stop.is_set():
-                spin_for(executor, TICK)
-                with lock:
-                    panel.tick()
-
-        thread = threading.Thread(target=serve)
-        thread.start()
-        try:
-            size = (1600, 950) if large else (1280, 720)
-            with open_page(f'http://127.0.0.1:{server.get_port()}', *size) as page:
-                page.get_by_test_id('comparison').locator('tr[data-method]').nth(4).wait_for(timeout=PAGE_TIMEOUT)
-                yield Page(page, panel, lock, traces)
-        finally:
-            stop.set()
-            thread.join()
-            with contextlib.redirect_stdout(io.StringIO()):
-                server.stop()
+    with shown_panel('test_microscope', log, 18110, size, '-p', 'max_iterations:=2000') as page:
+        topic, page.traces = topics.TRACE, []
+        page.node.create_subscription(topic.type, topic.of('/ik_node'), page.traces.append, QoSProfile(depth=100))
+        page.press('Lecture notes')
+        page.wait(lambda: len(page.panel._link.answers.runs) == len(METHODS) and page.traces, 'traces')
+        yield page
 
 
-def choose_lesson(shown: Page, name: str, language: str = 'en') -> None:
+def row(shown: ShownPanel, method: str, iteration: int) -> dict[str, float]:
+    """Return a row of the newest trace of a compared method, as the node published it."""
+    label = f'rows method={method} run=comparison stamp={shown.panel._link.answers.stamp}'
+    message = [trace for trace in shown.traces if trace.layout.dim[0].label == label][-1]
+    matrix = np.array(message.data).reshape(message.layout.dim[0].size, -1)
+    values = matrix[iteration]
+    return dict(zip(TRACE_COLUMNS, values)) | {'q': values[len(TRACE_COLUMNS) :]}
+
+
+def choose_lesson(shown: ShownPanel, name: str, language: str = 'en') -> None:
     """Press the button of a lesson and wait until its descent is looked into."""
     item = lesson(name)
     shown.page.get_by_role('tab', name={'en': 'Lessons', 'pl': 'Lekcje'}[language]).click()
     shown.press(item.title[language])
-    same = lambda: shown.panel._lesson is item and shown.panel._ready and not shown.panel._dirty  # noqa: E731
+    same = lambda: shown.panel._lesson is item and shown.panel._sync.ready and not shown.panel._asking.waiting  # noqa: E731
     shown.wait(same, f'lesson {name}')
     methods = set(item.methods)
     shown.wait(lambda: set(shown.panel._link.answers.curves) == methods and shown.panel._link.answers.compared, 'runs')
@@ -147,13 +74,13 @@ def test_the_slider_moves_the_arm_to_the_joints_of_the_iterate_and_the_card_has_
         shown.wait(lambda k=k: shown.panel._readings.microscope.row == k, f'row {k}')
         shown.page.locator(f'[data-testid=iterate][data-iteration="{k}"]').wait_for()
         with shown.still():
-            row = shown.row('sdls', k)
-            np.testing.assert_allclose(shown.panel._scene._shown, row['q'])
+            values = row(shown, 'sdls', k)
+            np.testing.assert_allclose(shown.panel._scene._shown, values['q'])
             tip = shown.panel._scene._tip.position
-        np.testing.assert_allclose(tip, pinocchio_tip(load_arm('puma560'), row['q'])[:3, 3], atol=1e-9)
+        np.testing.assert_allclose(tip, pinocchio_tip(load_arm('puma560'), values['q'])[:3, 3], atol=1e-9)
         figures = shown.figures()
         for name in ('position_error', 'orientation_error', 'step_norm'):
-            assert figures[name] == pytest.approx(row[name], rel=2e-3, abs=1e-9), name
+            assert figures[name] == pytest.approx(values[name], rel=2e-3, abs=1e-9), name
 
 
 def test_the_arrows_at_the_tip_are_the_columns_of_pinocchio_s_jacobian(shown):
@@ -206,7 +133,7 @@ def test_a_change_of_damping_shows_in_the_chart_at_once(shown):
     before = table.inner_text()
     shown.page.get_by_role('tab', name='Parameters').click()
     shown.type_into_slider('dls', 0.1)
-    shown.wait(lambda: shown.panel._parameters.shown['dls.damping'] == 0.1, 'another damping')
+    shown.wait(lambda: shown.panel._sync.parameters.shown['dls.damping'] == 0.1, 'another damping')
     deadline = time.monotonic() + TIMEOUT
     while table.inner_text() == before:
         assert time.monotonic() < deadline
@@ -220,7 +147,7 @@ def test_a_lesson_shows_its_phenomenon_on_the_page(shown, name, request):
     assert item.text['en'] in ' '.join(shown.page.get_by_test_id('lesson').inner_text().split())
     with shown.still():
         runs = dict(shown.panel._link.answers.runs)
-        values = shown.panel._parameters.node
+        values = shown.panel._sync.parameters.node
     assert {name: values[name] for name in item.values() if name in values} == {
         name: value for name, value in item.values().items() if name in values
     }
@@ -235,12 +162,7 @@ def test_a_lesson_shows_its_phenomenon_on_the_page(shown, name, request):
         'redundancy': set(labels.values()) == {'converged'},
     }
     assert expected[name], labels
-    if folder := request.config.getoption('--screenshots'):
-        close = shown.page.locator('.mantine-Notification-closeButton')
-        if close.count():  # what the page says about a graphics card that is a program
-            close.first.click()
-        shown.page.wait_for_timeout(6e3)
-        shown.page.screenshot(path=Path(folder) / f'lesson_{name}.png', timeout=200e3)
+    shown.screenshot(request.config.getoption('--screenshots'), f'lesson_{name}.png')
 
 
 def test_the_language_switch_leaves_no_english_text_behind(shown):
@@ -252,7 +174,7 @@ def test_the_language_switch_leaves_no_english_text_behind(shown):
     shown.wait(lambda: shown.panel._texts.language == 'pl', 'Polish')
     english = {text for text in all_texts('en') if len(text) > 4 and '{' not in text}
     english |= {item.text['en'] for item in LESSONS} | {item.title['en'] for item in LESSONS}
-    for tab in ('Zadanie', 'Lekcje', 'Parametry'):
+    for tab in ('Zadanie', 'Ruch', 'Lekcje', 'Parametry'):
         shown.page.get_by_role('tab', name=tab).click()
         for other in ('Metody', 'Iteracja'):
             shown.page.get_by_role('tab', name=other).click()

@@ -25,11 +25,11 @@ from ros_ik_pkg.tools.processes import ros_node
 
 need_browser()
 from ros_ik_pkg.panel.answers import run_of  # noqa: E402  (these import viser)
-from ros_ik_pkg.panel.arm_drawing import floor_of, size_of  # noqa: E402
-from ros_ik_pkg.panel.camera import FIELD, FORWARD, RIGHT, UP, Camera  # noqa: E402
-from ros_ik_pkg.panel.html import row_texts  # noqa: E402
+from ros_ik_pkg.panel.drawing.arm_drawing import floor_of, size_of  # noqa: E402
+from ros_ik_pkg.panel.drawing.camera import FIELD, FORWARD, RIGHT, UP, Camera  # noqa: E402
+from ros_ik_pkg.panel.drawing.scene import GIZMO  # noqa: E402
+from ros_ik_pkg.panel.markup.html import row_texts  # noqa: E402
 from ros_ik_pkg.panel.presets import notes  # noqa: E402
-from ros_ik_pkg.panel.scene import GIZMO  # noqa: E402
 
 pytestmark = [allow_lark, pytest.mark.once]
 NODE = ('ros_ik_pkg.ros.ik_node', '--ros-args', '-p', 'max_iterations:=2000', '-p', 'position_tolerance:=1e-6',

@@ -14,10 +14,9 @@ from ros_ik_pkg.ros.output.statuses import key_values
 from ros_ik_pkg.tools.processes import ros_node
 
 viser = pytest.importorskip('viser', reason='viser is not installed: scripts/panel installs it')
-from test_panel_logic import NODE, MadeUpNode, ticks  # noqa: E402
+from test_panel_logic import NODE, MadeUpNode, panel_on, ticks  # noqa: E402
 
-from ros_ik_pkg.panel.obstacles import BALL, BOX, MOST, NONE, SIZE, Obstacles  # noqa: E402
-from ros_ik_pkg.panel.panel import Panel  # noqa: E402
+from ros_ik_pkg.panel.pages.obstacles import BALL, BOX, MOST, NONE, SIZE, Obstacles  # noqa: E402
 
 pytestmark = [allow_lark, pytest.mark.once]
 SHAPED = {**NODE, 'robot': str(UR5[0]), 'tip_frame': UR5[2], 'srdf': str(UR5[1])}
@@ -26,8 +25,8 @@ SHAPED = {**NODE, 'robot': str(UR5[0]), 'tip_frame': UR5[2], 'srdf': str(UR5[1])
 class ListeningNode(MadeUpNode):
     """Keeps the obstacles that it hears of, and can fail by contact."""
 
-    def __init__(self, answers, values) -> None:
-        super().__init__(answers, values)
+    def __init__(self, values) -> None:
+        super().__init__(values)
         self.obstacles = []
 
     def publish_obstacles(self, message) -> None:
@@ -55,9 +54,8 @@ def ros():
 
 
 @pytest.fixture
-def panel(server, ros):
-    panel = Panel(server, ros, 'ik_node')
-    panel._link = ListeningNode(panel._link.answers, SHAPED)
+def panel(server, ros, monkeypatch):
+    panel = panel_on(ListeningNode(SHAPED), server, ros, monkeypatch)
     ticks(panel)
     return panel
 
@@ -94,9 +92,8 @@ def test_nothing_is_red_once_there_is_a_solution(panel):
     assert panel._scene.contact.links == ()
 
 
-def test_a_robot_without_shapes_says_that_obstacles_do_not_count(server, ros):
-    panel = Panel(server, ros, 'ik_node')
-    panel._link = ListeningNode(panel._link.answers, NODE)
+def test_a_robot_without_shapes_says_that_obstacles_do_not_count(server, ros, monkeypatch):
+    panel = panel_on(ListeningNode(NODE), server, ros, monkeypatch)
     ticks(panel)
     said = []
     panel._readings.show_notice = said.append

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import types
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from ros_helpers import ROOT, allow_lark
 from sensor_msgs.msg import JointState
 
 from ros_ik_pkg.ik import METHODS, IkError
+from ros_ik_pkg.panel.answers import Answers
+from ros_ik_pkg.ros.interface.servo_settings import SERVO_OPTIONS
 from ros_ik_pkg.ros.output.statuses import key_values
 from ros_ik_pkg.tools.processes import ros_node
 
@@ -23,17 +27,20 @@ NODE = {
     'method': 'adaptive_dls',
     'max_iterations': 700, 'step_size': 1.0, 'dls.damping': 2.5, 'adaptive_dls.damping': 1e-3,
     'adaptive_dls.gain': 0.2, 'sdls.max_step': 0.7, 'position_tolerance': 3e-5, 'orientation_tolerance': 1e-3,
-    'compare': [],
+    'compare': [], 'path.tool_speed': 0.0, 'path.max_reconfigurations': 0, 'velocity_scale': 1.0,
+    **{option.ros_name: option.default for option in SERVO_OPTIONS},
 }  # fmt: skip
 
 
 class MadeUpNode:
     """Stands for the link to the node: answers at once, and notes what it was sent."""
 
-    def __init__(self, answers, values=NODE) -> None:
-        self.name, self.alive, self.answers = '/ik_node', True, answers
+    def __init__(self, values=NODE) -> None:
+        self.name, self.alive, self.answers = '/ik_node', True, Answers()
         self.values = dict(values)
         self.sent: list[dict] = []
+        self.published: list = []
+        self.heard: dict[str, Callable] = {}
         self.targets: list[np.ndarray] = []
         self.refusal: Callable[[dict], str] = lambda _: ''
 
@@ -46,6 +53,21 @@ class MadeUpNode:
         if not refusal:
             self.values |= values
         done(refusal)
+
+    def now(self) -> Time:
+        return Time(sec=7)
+
+    def publisher(self, topic):
+        return types.SimpleNamespace(publish=self.published.append)
+
+    def listen(self, topic, callback, queue=0):
+        self.heard[topic.name] = callback
+
+    def leave(self, subscription) -> None:
+        pass
+
+    def call(self, service, done) -> None:
+        done(f'{service} is called')
 
     def publish_joints(self, arm, positions) -> None:
         self.joints = positions
@@ -96,25 +118,28 @@ def ros():
 @pytest.fixture
 def clock(monkeypatch):
     """The panel's clock, which stands still until a test moves it."""
-    import types
-
-    from ros_ik_pkg.panel import panel
+    from ros_ik_pkg.panel import asking, node_sync, panel
 
     clock = types.SimpleNamespace(now=100.0)
-    monkeypatch.setattr(panel, 'time', types.SimpleNamespace(monotonic=lambda: clock.now))
+    for module in (asking, node_sync, panel):
+        monkeypatch.setattr(module, 'time', types.SimpleNamespace(monotonic=lambda: clock.now))
     return clock
 
 
 @pytest.fixture
-def panel(server, ros, clock):
+def panel(server, ros, clock, monkeypatch):
     """A panel on a node that is made up, not yet ticked."""
-    from ros_ik_pkg.panel.panel import Panel
-
     server.scene.reset()
     server.gui.reset()
-    panel = Panel(server, ros, 'ik_node')
-    panel._link = MadeUpNode(panel._link.answers)
-    return panel
+    return panel_on(MadeUpNode(), server, ros, monkeypatch)
+
+
+def panel_on(made_up, server, ros, monkeypatch):
+    """Return a panel on a node that is made up."""
+    from ros_ik_pkg.panel import panel
+
+    monkeypatch.setattr(panel, 'NodeLink', lambda *_: made_up)
+    return panel.Panel(server, ros, 'ik_node')
 
 
 def ticks(panel, count: int = 4) -> None:
@@ -217,7 +242,7 @@ def test_what_the_node_refuses_is_told_and_taken_back(panel):
     panel.tick()
     assert 'the node refused: not on a Tuesday' in status(panel)
     assert panel._controls.parameters._handles['max_iterations'].value == 700
-    assert 'max_iterations' not in panel._parameters.changed
+    assert 'max_iterations' not in panel._sync.parameters.changed
 
 
 def test_a_robot_that_the_node_refuses_is_left_again(panel):
@@ -225,7 +250,7 @@ def test_a_robot_that_the_node_refuses_is_left_again(panel):
     panel._link.refusal = lambda values: 'no such robot here' if values.get('robot') == 'ur5' else ''
     panel._events.put(lambda: panel.choose_robot('ur5'))
     ticks(panel)
-    assert panel._arm.name == 'puma560' and panel._controls._robot.value == 'puma560' and panel._ready
+    assert panel._arm.name == 'puma560' and panel._controls._robot.value == 'puma560' and panel._sync.ready
 
 
 @pytest.mark.parametrize('robot', ['../elsewhere/arm.urdf', ''])
@@ -391,7 +416,7 @@ def test_messages_that_make_no_sense_do_not_end_the_panel(ros):
 
 
 def test_the_cameras_follow_a_robot_of_another_size_and_a_target_far_away_alone(server):
-    from ros_ik_pkg.panel.camera import Camera
+    from ros_ik_pkg.panel.drawing.camera import Camera
 
     camera = Camera(server)
     camera.begin(1.0, 0.0)

@@ -14,15 +14,15 @@ from ros_ik_pkg.compare.iteration_axis import MAX_POINTS, thinned
 from ros_ik_pkg.compare.newton import iterates, value
 from ros_ik_pkg.compare.problem import is_rotary
 from ros_ik_pkg.ik import METHODS, SolveOptions, Status, load_arm, solve
-from ros_ik_pkg.panel import texts as texts_module
 from ros_ik_pkg.panel.answers import PLOTTED, Curve
-from ros_ik_pkg.panel.chart import plots_html
-from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html
-from ros_ik_pkg.panel.iterate_html import iterate_html
-from ros_ik_pkg.panel.joint_labels import short_names, slider_range
-from ros_ik_pkg.panel.newton_html import newton_html
+from ros_ik_pkg.panel.markup import texts as texts_module
+from ros_ik_pkg.panel.markup.chart import plots_html
+from ros_ik_pkg.panel.markup.html import comparison_words, node_words, status_html, table_html
+from ros_ik_pkg.panel.markup.iterate_html import iterate_html
+from ros_ik_pkg.panel.markup.joint_labels import short_names, slider_range
+from ros_ik_pkg.panel.markup.newton_html import newton_html
+from ros_ik_pkg.panel.markup.texts import Texts, all_texts
 from ros_ik_pkg.panel.presets import PRESETS
-from ros_ik_pkg.panel.texts import Texts, all_texts
 
 pytestmark = pytest.mark.once
 
@@ -137,7 +137,7 @@ def stick(tmp_path, mesh: str) -> str:
 
 
 def test_an_arm_with_meshes_is_drawn_with_them(server, tmp_path):
-    from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+    from ros_ik_pkg.panel.drawing.mesh_drawing import mesh_drawing
 
     path = stick(tmp_path, 'stick.stl')
     drawing = mesh_drawing(server, '/arm', load_arm(path), path)
@@ -148,14 +148,14 @@ def test_an_arm_with_meshes_is_drawn_with_them(server, tmp_path):
 
 @pytest.mark.parametrize('mesh', ['gone.stl', 'package://stick_description/stick.stl'])
 def test_an_arm_whose_meshes_are_not_there_is_drawn_from_its_chain(server, tmp_path, mesh):
-    from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+    from ros_ik_pkg.panel.drawing.mesh_drawing import mesh_drawing
 
     path = stick(tmp_path, mesh)
     assert mesh_drawing(server, '/arm', load_arm(path), path) is None
 
 
 def test_meshes_of_packages_are_found_in_the_workspace_that_is_sourced(server, tmp_path, monkeypatch):
-    from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+    from ros_ik_pkg.panel.drawing.mesh_drawing import mesh_drawing
 
     share = tmp_path / 'install' / 'share' / 'stick_description'
     share.mkdir(parents=True)
@@ -171,7 +171,7 @@ def test_meshes_of_packages_are_found_in_the_workspace_that_is_sourced(server, t
 @pytest.mark.parametrize('robot', [*ROBOTS, 'stanford', 'planar3r'])
 def test_the_drawn_joints_end_where_forward_kinematics_does(robot):
     pytest.importorskip('viser', reason='viser is not installed: scripts/panel installs it')
-    from ros_ik_pkg.panel.arm_drawing import joint_transforms, placements
+    from ros_ik_pkg.panel.drawing.arm_drawing import joint_transforms, placements
 
     arm = load_arm(robot)
     q = arm.home + 0.2
@@ -191,7 +191,7 @@ def test_long_curves_are_thinned_to_their_envelope_and_keep_both_ends():
 
 def test_the_way_of_the_tip_keeps_its_ends_and_long_strides_and_one_point_of_many_short_ones():
     pytest.importorskip('viser', reason='viser is not installed: scripts/panel installs it')
-    from ros_ik_pkg.panel.scene import spaced
+    from ros_ik_pkg.panel.drawing.scene import spaced
 
     way = np.zeros((103, 3))
     way[1:, 0] = 1.0 + np.linspace(0.0, 0.1, 102)
@@ -259,7 +259,7 @@ def test_every_text_of_the_page_is_there_in_both_languages():
 
 def sources() -> str:
     """Return the text of all modules of the panel."""
-    return ''.join(path.read_text() for path in Path(texts_module.__file__).parent.glob('*.py'))
+    return ''.join(path.read_text() for path in Path(texts_module.__file__).parents[1].rglob('*.py'))
 
 
 def test_newton_s_tangents_double_the_digits():

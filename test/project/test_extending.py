@@ -26,8 +26,8 @@ from ros_ik_pkg.compare.palette import COLOURS
 from ros_ik_pkg.compare.plots import draw
 from ros_ik_pkg.compare.problem import make_problem
 from ros_ik_pkg.ik import METHODS, OptionError, SolveOptions, load_arm
-from ros_ik_pkg.panel.style import STYLE
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.style import STYLE
+from ros_ik_pkg.panel.markup.texts import Texts
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 
 sys.path.insert(0, 'test')

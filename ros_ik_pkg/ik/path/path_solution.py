@@ -96,15 +96,7 @@ class PathSolution:
     def at(self, times: np.ndarray) -> np.ndarray:
         """Return the joint positions (k, n) of the motion at times (k,) [s]; before its start and after its end those
         of its ends."""
-        when = np.clip(times, 0.0, self.times[-1])
-        row = np.clip(np.searchsorted(self.times, when, side='right') - 1, 0, len(self.times) - 2)
-        h, t = (self.times[row + 1] - self.times[row])[:, None], (when - self.times[row])[:, None]
-        p, v, a = self.q[row], self.velocities[row], self.accelerations[row]
-        d = self.q[row + 1] - p - h * (v + 0.5 * h * a)
-        e, f = h * (self.velocities[row + 1] - v - h * a), h * h * (self.accelerations[row + 1] - a)
-        s = t / h
-        rest = s**3 * (10.0 * d - 4.0 * e + 0.5 * f + s * (-15.0 * d + 7.0 * e - f + s * (6.0 * d - 3.0 * e + 0.5 * f)))
-        return p + t * (v + 0.5 * t * a) + rest
+        return positions_at(times, self.times, self.q, self.velocities, self.accelerations)
 
     @property
     def length(self) -> float:
@@ -115,3 +107,20 @@ class PathSolution:
     def largest_joint_travel(self) -> float:
         """Way of the joint that travels furthest [rad, m]."""
         return float(np.abs(np.diff(self.q, axis=0)).sum(axis=0).max(initial=0.0))
+
+
+def positions_at(
+    when: np.ndarray, times: np.ndarray, q: np.ndarray, velocities: np.ndarray, accelerations: np.ndarray
+) -> np.ndarray:
+    """Return the joint positions (k, n) at times (k,) [s] of a motion: times (N,) of its rows, N at least 2, and
+    their positions, velocities and accelerations (N, n), joined by polynomials of the fifth degree. Before its start
+    and after its end those of its ends."""
+    when = np.clip(when, 0.0, times[-1])
+    row = np.clip(np.searchsorted(times, when, side='right') - 1, 0, len(times) - 2)
+    h, t = (times[row + 1] - times[row])[:, None], (when - times[row])[:, None]
+    p, v, a = q[row], velocities[row], accelerations[row]
+    d = q[row + 1] - p - h * (v + 0.5 * h * a)
+    e, f = h * (velocities[row + 1] - v - h * a), h * h * (accelerations[row + 1] - a)
+    s = t / h
+    rest = s**3 * (10.0 * d - 4.0 * e + 0.5 * f + s * (-15.0 * d + 7.0 * e - f + s * (6.0 * d - 3.0 * e + 0.5 * f)))
+    return p + t * (v + 0.5 * t * a) + rest

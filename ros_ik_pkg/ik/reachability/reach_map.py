@@ -1,7 +1,7 @@
 """The reach map of an arm: for each cell of poses, whether a configuration reaches it, and one that does.
 
-Random configurations fill most cells; then the surroundings of the configurations at the border of what is filled are
-tried, round by round, for the thin cells that random ones miss (docs/reach.md has the figures).
+Random configurations fill most cells; then steps from there into the cells beside them find those of which the arm
+reaches a thin corner only, round by round, until nothing new is found (docs/reach.md has the figures).
 """
 
 from __future__ import annotations
@@ -20,18 +20,17 @@ from numpy.typing import ArrayLike
 from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.reachability.aiming import mark_aimed
 from ros_ik_pkg.ik.reachability.cells import FACES, rotation_centres, rotation_neighbours
-from ros_ik_pkg.ik.reachability.sampling import UNKNOWN, look_at, mark_near, mark_samples, samples
+from ros_ik_pkg.ik.reachability.sampling import UNKNOWN, look_at, mark_samples, samples
 from ros_ik_pkg.ik.search.reach import make_reach
 from ros_ik_pkg.ik.search.starts import sampling_range
 from ros_ik_pkg.ik.world import World
 
 ACROSS = 21  # cells along each axis by default
 MOST_CELLS = 50_000_000
-SAMPLES, ROUNDS = 10_000_000, 8
+SAMPLES, ROUNDS = 10_000_000, 12
 CHUNKS = 8  # of the work: the same for any number of threads, so that the map is the same too
-SPREADS = (0.3, 0.6)  # [rad, m] in turns, around the configurations at the border
-TRIES = 30  # around each of them, in each round
 Progress = Callable[[int], object]
 
 
@@ -133,7 +132,7 @@ def reach_map(
     samples_count : int
         Random configurations.
     rounds : int
-        Rounds at the border of what is reached.
+        At most so many rounds of steps from reached cells into their neighbours.
     options : SolveOptions, optional
         Only `avoid_collisions` and `collision_margin` count.
     world : World, optional
@@ -141,7 +140,7 @@ def reach_map(
     workers : int, optional
         Threads; default: one for each core that this process may use. The map does not depend on it.
     progress : callable, optional
-        Called with the number of steps done since the last call, of 8 (1 + rounds) in all.
+        Called with the number of steps done since the last call, of 8 + rounds in all.
 
     Raises
     ------
@@ -149,6 +148,41 @@ def reach_map(
         If an argument is out of range, or if the arm slides without end and no box is given.
 
     """
+    problem = reach_problem(arm, step, parts, box, samples_count, rounds, options, world)
+    return solve_reach_problem(problem, workers, progress)
+
+
+@dataclass(frozen=True)
+class ReachProblem:
+    """All that a map is made of, in plain values: another process can make it (apart.py).
+
+    model: a packed arm, with a packed scene behind it if contact counts.
+    """
+
+    joint_names: tuple[str, ...]
+    base_frame: str
+    model: np.ndarray
+    lower: np.ndarray  # (n,) of the configurations that are tried [rad, m]
+    upper: np.ndarray  # (n,)
+    corner: np.ndarray  # (3,) [m]
+    step: float  # m
+    shape: tuple[int, int, int]
+    parts: int
+    margin: float  # m
+    samples: int
+    rounds: int
+
+    @property
+    def grid(self) -> tuple[np.ndarray, float, np.ndarray, int]:
+        """The cells, as compiled code takes them."""
+        return self.corner, self.step, np.array(self.shape), self.parts
+
+
+def reach_problem(
+    arm: Arm, step: float | None = None, parts: int = 3, box: ArrayLike | None = None, samples_count: int = SAMPLES,
+    rounds: int = ROUNDS, options: SolveOptions | None = None, world: World | None = None,
+) -> ReachProblem:  # fmt: skip
+    """Check the arguments of `reach_map` and return what they mean; raises ArgumentError."""
     options = options or SolveOptions()
     corner, step, shape = _grid(arm, step, box)
     if parts < 1 or math.prod(shape) * FACES * parts**3 > MOST_CELLS:
@@ -157,11 +191,23 @@ def reach_map(
     model = arm.packed
     if options.avoid_collisions and arm.shaped:
         model = arm.contacts.room(world).behind(model)
-    work = _Work(arm, model, corner, step, shape, parts, options.collision_margin, progress)
+    lower, upper = sampling_range(arm.geometry)
+    return ReachProblem(arm.joint_names, arm.base_frame, model, lower, upper, corner, step, shape, parts,
+                        options.collision_margin, samples_count, rounds)  # fmt: skip
+
+
+def solve_reach_problem(
+    problem: ReachProblem, workers: int | None = None, progress: Progress | None = None
+) -> ReachMap:
+    """Make the map of a problem, as `reach_map` does."""
+    work = _Work(problem, progress)
     with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:
-        work.sample(pool, samples_count)
-        for k in range(rounds):
-            work.look_around(pool, SPREADS[k % len(SPREADS)])
+        work.sample(pool)
+        left = problem.rounds
+        while left and work.aim(pool):
+            left -= 1
+            work.advance(1)
+        work.advance(left)
         return work.finish(pool)
 
 
@@ -186,84 +232,97 @@ def _grid(arm: Arm, step: float | None, box: ArrayLike | None) -> tuple[np.ndarr
 
 
 class _Work:
-    """A map in the making: `found` has the number of the sample that reaches a cell, `q` what the rounds found."""
+    """A map in the making."""
 
-    def __init__(
-        self, arm: Arm, model: np.ndarray, corner: np.ndarray, step: float, shape: tuple[int, int, int], parts: int,
-        margin: float, progress: Progress | None,
-    ) -> None:  # fmt: skip
-        self._arm, self._model, self._shape, self._parts, self._margin = arm, model, shape, parts, margin
-        self._grid = (corner, step, np.array(shape), parts)
-        self._advance = progress or (lambda steps: None)
-        lower, upper = sampling_range(arm.geometry)
-        self._lower, self._spans = lower, upper - lower
-        self._rotations = FACES * parts**3
-        self._cells = math.prod(shape) * self._rotations
+    def __init__(self, problem: ReachProblem, progress: Progress | None) -> None:
+        self._problem, self._grid = problem, problem.grid
+        self.advance = progress or (lambda steps: None)
+        self._n = len(problem.lower)
+        self._rotations = FACES * problem.parts**3
+        self._cells = math.prod(problem.shape) * self._rotations
         self._known = np.zeros(self._cells, np.bool_)
-        self._q = np.empty((0, arm.n))
+        self._q = np.empty((0, self._n))
         self._index = np.full(self._cells, UNKNOWN, np.int64)  # rows of q by cell
-        self._sources = 0
+        self._other = self._index.copy()  # the same of another configuration, for some of the cells
 
-    def sample(self, pool: ThreadPoolExecutor, count: int) -> None:
+    def sample(self, pool: ThreadPoolExecutor) -> None:
         """Fill cells with random configurations."""
-        ends = np.linspace(0, count, CHUNKS + 1).astype(np.int64)
+        problem = self._problem
+        lower, spans = problem.lower, problem.upper - problem.lower
+        ends = np.linspace(0, problem.samples, CHUNKS + 1).astype(np.int64)
 
         def run(k: int) -> np.ndarray:
             found = np.full(self._cells, UNKNOWN, np.int64)
-            mark_samples(self._model, self._lower, self._spans, *self._grid, ends[k], ends[k + 1] - ends[k],
-                         self._margin, found)  # fmt: skip
+            mark_samples(problem.model, lower, spans, *self._grid, ends[k], ends[k + 1] - ends[k], problem.margin,
+                         found)  # fmt: skip
             return found
 
-        merged = np.full(self._cells, UNKNOWN, np.int64)
+        first, last = np.full((2, self._cells), UNKNOWN, np.int64)
         for found in pool.map(run, range(CHUNKS)):
-            merged = np.where(merged == UNKNOWN, found, merged)
-            self._advance(1)
-        cells = np.flatnonzero(merged != UNKNOWN)
-        self._take(cells, samples(merged[cells], self._lower, self._spans))
+            first = np.where(first == UNKNOWN, found, first)
+            last = np.where(found == UNKNOWN, last, found)
+            self.advance(1)
+        cells = np.flatnonzero(first != UNKNOWN)
+        self._take(cells, samples(first[cells], lower, spans))
+        cells = np.flatnonzero(last != first)  # more than one chunk came there
+        self._other[cells] = len(self._q) + np.arange(len(cells))
+        self._q = np.concatenate([self._q, samples(last[cells], lower, spans)])
 
     def _take(self, cells: np.ndarray, q: np.ndarray) -> None:
         self._index[cells] = len(self._q) + np.arange(len(cells))
         self._q = np.concatenate([self._q, q])
         self._known[cells] = True
 
-    def look_around(self, pool: ThreadPoolExecutor, spread: float) -> None:
-        """Try configurations around those at the border of what is reached."""
-        border = self._border()
-        sources = self._q[self._index[border]]
-        ends = np.linspace(0, len(sources), CHUNKS + 1).astype(np.int64)
-        lower, upper = self._lower, self._lower + self._spans
+    def aim(self, pool: ThreadPoolExecutor) -> int:
+        """Step from reached cells into those beside them that are not reached, from both configurations that are known
+        of a cell; return how many cells are new."""
+        before, problem = len(self._q), self._problem
+        cells, beside = self._border()
+        for index in (self._index, self._other):
+            sources = index[beside]
+            chosen = np.flatnonzero((sources != UNKNOWN) & ~self._known[cells])
+            goals, starts = cells[chosen], self._q[sources[chosen]]
+            ends = np.linspace(0, len(goals), CHUNKS + 1).astype(np.int64)
 
-        def run(k: int) -> np.ndarray:
-            part = sources[ends[k] : ends[k + 1]]
-            out = np.empty((min(len(part) * TRIES, self._cells) + 1, self._arm.n))
-            count = mark_near(self._model, part, lower, upper, spread, TRIES, *self._grid, self._sources + ends[k],
-                              self._margin, self._known.copy(), out)  # fmt: skip
-            return out[:count]
+            def run(k: int, goals: np.ndarray = goals, starts: np.ndarray = starts, ends: np.ndarray = ends) -> Any:
+                part = slice(ends[k], ends[k + 1])
+                out = np.empty((2 * (ends[k + 1] - ends[k]) + 1, self._n))
+                count = mark_aimed(problem.model, goals[part], starts[part], problem.lower, problem.upper, *self._grid,
+                                   problem.margin, self._known.copy(), out)  # fmt: skip
+                return out[:count]
 
-        for q in pool.map(run, range(CHUNKS)):
-            cells, _ = look_at(self._model, q, *self._grid)
-            new = ~self._known[cells]
-            self._take(cells[new], q[new])
-            self._advance(1)
-        self._sources += len(sources)
+            for q in pool.map(run, range(CHUNKS)):
+                found, _ = look_at(problem.model, q, *self._grid)
+                new = ~self._known[found]
+                self._take(found[new], q[new])
+        return len(self._q) - before
 
-    def _border(self) -> np.ndarray:
-        """Return the reached cells with a neighbour, in position or rotation, that is not."""
-        known = self._known.reshape(*self._shape, self._rotations)
-        inside = np.asarray(known[..., rotation_neighbours(self._parts)].all(axis=-1))
+    def _border(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return pairs of neighbours, in position or rotation: cells (k,) that are not reached, ascending, and cells
+        (k,) that are."""
+        known = self._known.reshape(*self._problem.shape, self._rotations)
+        number = np.arange(self._cells).reshape(known.shape)
+        cells, beside = [], []
         for axis in range(3):
             behind, before = [slice(None)] * 4, [slice(None)] * 4
             behind[axis], before[axis] = slice(1, None), slice(0, -1)
-            inside[tuple(before)] &= known[tuple(behind)]
-            inside[tuple(behind)] &= known[tuple(before)]
-        return np.flatnonzero(known & ~inside)
+            for one, other in ((tuple(behind), tuple(before)), (tuple(before), tuple(behind))):
+                pairs = ~known[one] & known[other]
+                cells.append(number[one][pairs])
+                beside.append(number[other][pairs])
+        for column in rotation_neighbours(self._problem.parts).T:
+            pairs = ~known & known[..., column]
+            cells.append(number[pairs])
+            beside.append(number[..., column][pairs])
+        order = np.argsort(np.concatenate(cells), kind='stable')
+        return np.concatenate(cells)[order], np.concatenate(beside)[order]
 
     def finish(self, pool: ThreadPoolExecutor) -> ReachMap:
         """Return the map."""
+        problem = self._problem
         cells = np.flatnonzero(self._known)
         q = self._q[self._index[cells]]
-        parts = np.array_split(q, CHUNKS)
-        sigmas = np.concatenate([s for _, s in pool.map(lambda rows: look_at(self._model, rows, *self._grid), parts)])
-        corner, step = self._grid[:2]
-        return ReachMap(self._arm.joint_names, self._arm.base_frame, corner, step, self._shape, self._parts, cells, q,
-                        sigmas)  # fmt: skip
+        looks = pool.map(lambda rows: look_at(problem.model, rows, *self._grid), np.array_split(q, CHUNKS))
+        sigmas = np.concatenate([sigma for _, sigma in looks])
+        return ReachMap(problem.joint_names, problem.base_frame, problem.corner, problem.step, problem.shape,
+                        problem.parts, cells, q, sigmas)  # fmt: skip

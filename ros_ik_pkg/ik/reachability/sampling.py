@@ -68,11 +68,11 @@ def _mark(model, lower, spans, corner, step, shape, parts, first, count, margin,
 def _cell_of(geometry, joints, q, corner, step, shape, parts):
     """Return the cell of the tip's pose at q, -1 outside the grid."""
     R, p = walk(geometry, q, joints)
-    return _cell_of_pose(R, p, corner, step, shape, parts)
+    return cell_of_pose(R, p, corner, step, shape, parts)
 
 
 @inlined
-def _cell_of_pose(R, p, corner, step, shape, parts):
+def cell_of_pose(R, p, corner, step, shape, parts):
     """Return the cell of a pose, -1 outside the grid."""
     place = position_cell(p, corner, step, shape)
     return place * 4 * parts * parts * parts + rotation_cell(R, parts) if place >= 0 else -1
@@ -94,42 +94,6 @@ def _write_samples(numbers, lower, spans, q):
 
 
 @compiled
-def mark_near(model, sources, lower, upper, spread, tries, corner, step, shape, parts, first, margin, known, out):
-    """Try `tries` random configurations near each source (k, n), within a random part of `spread` [rad, m]; write those
-    that reach a cell which is not `known` (cells,) to `out`, note the cell as known, and return how many there are.
-
-    `first` is the number of the first source, of which the random numbers are made. Ends early if `out` is full.
-    """
-    memory = np.empty(joints_size(model) + obstruction_size(model))
-    return _mark_near(model, sources, lower, upper, spread, tries, corner, step, shape, parts, first, margin, memory,
-                      np.empty((0, 0)), known, out)  # fmt: skip
-
-
-@kernel
-def _mark_near(model, sources, lower, upper, spread, tries, corner, step, shape, parts, first, margin, memory, none,
-               known, out):  # fmt: skip
-    """Implement `mark_near`."""
-    geometry, _, _ = unpack_model(model)
-    joints = make_joints(model, memory)
-    size, n, new = joints_size(model), sources.shape[1], 0
-    obstruction = make_obstruction(model, shaped(memory, size, (len(memory) - size,)), none, none)
-    for k in range(len(sources)):
-        for attempt in range(tries):
-            if new == len(out):
-                return new
-            number = ((first + k) * tries + attempt) * (n + 1)
-            width = 2.0 * spread * uniform(np.uint64(number + 1))
-            for i in range(n):
-                move = width * (uniform(np.uint64(number + i + 2)) - 0.5)
-                out[new, i] = min(max(sources[k, i] + move, lower[i]), upper[i])
-            cell = _cell_of(geometry, joints, out[new], corner, step, shape, parts)
-            if cell >= 0 and not known[cell] and not touches(obstruction, margin, out[new]):
-                known[cell] = True
-                new += 1
-    return new
-
-
-@compiled
 def look_at(model, configurations, corner, step, shape, parts):
     """Return the cells (k,) of configurations (k, n), -1 outside the grid, and the smallest singular values (k,) of
     their Jacobians."""
@@ -148,7 +112,7 @@ def _look_at(model, configurations, corner, step, shape, parts, memory, q, colum
     for k in range(len(configurations)):
         assign(q, configurations[k])
         R, p = walk(geometry, q, joints)
-        cells[k] = _cell_of_pose(R, p, corner, step, shape, parts)
+        cells[k] = cell_of_pose(R, p, corner, step, shape, parts)
         fill_columns(geometry, joints.axes, p, columns)
         svd(columns, U, W, sigma)
         sigmas[k] = sigma[min(len(q), 6) - 1]

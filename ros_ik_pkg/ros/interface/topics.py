@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, TransformStamped, TwistStamped
+from geometry_msgs.msg import PoseArray, PoseStamped, TransformStamped, TwistStamped
 from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
@@ -17,6 +17,7 @@ from visualization_msgs.msg import MarkerArray
 
 NODE_NAME = 'ik_node'
 PAUSE = '~/pause'  # the service, std_srvs/SetBool
+MAP_REACH = '~/map_reach'  # the service, std_srvs/Trigger
 COMPUTE_IK = '~/compute_ik'  # the service, moveit_msgs/GetPositionIK
 COMPUTE_FK = '~/compute_fk'  # the service, moveit_msgs/GetPositionFK
 # The policies that the parameters qos_overrides.<topic>.<publisher or subscription>.<policy> set at the start.
@@ -140,6 +141,14 @@ PATH_MARKERS = Topic(
     '~/path_markers', MarkerArray, 'out', 'the line of the tip, coloured by speed and by singularity, for RViz',
     depth=10,
 )
+REACH = Topic(
+    '~/reach', MarkerArray, 'out', 'what the arm reaches, from red, few rotations, to blue, all; after ~/map_reach',
+    latched=True,
+)
+REACH_POSES = Topic(
+    '~/reach_poses', PoseArray, 'out',
+    'a pose of the tip for each point of ~/reach, in the same order, far from singular', latched=True,
+)
 DIAGNOSTICS = Topic('/diagnostics', DiagnosticArray, 'out', 'health of the node, once a second')
 
 TOPICS = (
@@ -168,6 +177,8 @@ TOPICS = (
     PATH_SOLUTION,
     PATH_RESULT,
     PATH_MARKERS,
+    REACH,
+    REACH_POSES,
     DIAGNOSTICS,
 )
 

@@ -85,6 +85,7 @@ def _figures(result: PathResult) -> dict[str, Any]:
         'reached_pose': float(solution.place[-1]),
         'reconfigurations': len(solution.reconfigurations),
         'reconfigured_at_poses': ' '.join(f'{solution.place[row]:.3f}' for row in solution.reconfigurations),
+        'reconfigured_at_times': ' '.join(f'{solution.times[row]:.6f}' for row in solution.reconfigurations),
         'slowed_intervals': int(solution.slowed.sum()),
         'line_error': solution.line_error,
         'line_angle': solution.line_angle,

@@ -10,8 +10,8 @@ import viser
 
 from ros_ik_pkg.compare.lessons import LESSONS
 from ros_ik_pkg.compare.newton import STEPS
-from ros_ik_pkg.panel.newton_html import newton_html
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.newton_html import newton_html
+from ros_ik_pkg.panel.markup.texts import Texts
 
 
 class LessonTab:

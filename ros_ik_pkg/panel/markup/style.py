@@ -53,6 +53,19 @@ STYLE = f"""<style>
 .ik .joints .track {{ position: relative; height: 9px; background: rgba(128,128,128,.14) }}
 .ik .joints .bar {{ position: absolute; top: 0; bottom: 0 }} .ik .joints .zero {{ position: absolute; left: 50%; top: 0;
   bottom: 0; width: 1px; background: rgba(128,128,128,.6) }}
+.ik .strips {{ display: grid; grid-template-columns: max-content 1fr; gap: 2px 8px; font-size: 11px;
+  align-items: center }}
+.ik .strip {{ position: relative; height: 22px; background: rgba(128,128,128,.12) }} .ik .strip.tall {{ height: 44px }}
+.ik .strip svg {{ position: absolute; width: 100%; height: 100% }}
+.ik .strip path {{ fill: none; vector-effect: non-scaling-stroke; stroke-width: 1.8 }}
+.ik .strip .limit {{ stroke: var(--bad); stroke-width: 1; stroke-dasharray: 5 3; opacity: .8 }}
+.ik .strip .off {{ fill: rgba(190,60,190,.35) }}
+.ik .strip .now {{ position: absolute; top: 0; bottom: 0; width: 1px; background: currentColor; opacity: .8 }}
+.ik .axis {{ display: flex; justify-content: space-between; opacity: .75 }} .ik .axis i {{ font-style: normal }}
+.ik .strip.chart {{ display: block; height: 84px }} .ik .strip .zero {{ stroke: rgba(128,128,128,.5); stroke-width: 1 }}
+.ik .peak {{ font-weight: 400; opacity: .8; margin-left: 8px }} .ik .legend > span {{ margin-right: 8px;
+  display: inline-block }}
+.ik.said {{ padding: 4px 12px; min-height: 36px }} .ik .note.wrap {{ white-space: normal }}
 .ik .lesson {{ font-size: 13px; min-height: 96px; padding: 6px 0 }} .ik.newton svg {{ width: 100%; height: 190px }}
 .ik.newton path {{ fill: none; vector-effect: non-scaling-stroke }}
 .ik sup {{ font-size: 8px; line-height: 0 }}

@@ -10,7 +10,7 @@ import numpy as np
 from ros_ik_pkg.compare import MethodRun, describe
 from ros_ik_pkg.compare.table import cells
 from ros_ik_pkg.ik import Status
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.texts import Texts
 
 ENGLISH = Texts()
 AXES = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')

@@ -12,9 +12,9 @@ from ros_ik_pkg.compare.iterate import Iterate, ellipsoid_of
 from ros_ik_pkg.compare.palette import rgb
 from ros_ik_pkg.compare.skeleton import joint_origins
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.arm_drawing import size_of
-from ros_ik_pkg.panel.iterate_html import joint_colour
-from ros_ik_pkg.panel.joint_labels import short_names
+from ros_ik_pkg.panel.drawing.arm_drawing import size_of
+from ros_ik_pkg.panel.markup.iterate_html import joint_colour
+from ros_ik_pkg.panel.markup.joint_labels import short_names
 
 LONGEST = 0.34  # of the arm's size: the longest linear arrow
 AXIS = 0.13  # of the arm's size: an angular arrow

@@ -8,7 +8,7 @@ from typing import Any
 import viser
 
 from ros_ik_pkg.methods import DEFAULT, METHODS, TABLE, MethodOption
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.texts import Texts
 from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 
 SLIDERS = {  # lowest and highest value, and step

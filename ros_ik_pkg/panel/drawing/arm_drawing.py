@@ -8,7 +8,7 @@ import viser
 
 from ros_ik_pkg.compare.skeleton import joint_transforms, placements
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.drawing import Drawing
+from ros_ik_pkg.panel.drawing.drawing import Drawing
 
 LINK_RADIUS = 0.028  # of the arm's size
 TAPER = 0.6  # how much thinner the last link is

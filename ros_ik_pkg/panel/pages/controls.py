@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,12 +11,13 @@ import viser
 
 from ros_ik_pkg.compare.problem import numbers_of, pose
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.html import tip_html
-from ros_ik_pkg.panel.lesson_tab import LessonTab
-from ros_ik_pkg.panel.obstacles import BALL, BOX, NONE
-from ros_ik_pkg.panel.parameter_controls import ParameterControls
-from ros_ik_pkg.panel.seed_sliders import SeedSliders
-from ros_ik_pkg.panel.texts import LANGUAGE_NAMES, Texts
+from ros_ik_pkg.panel.markup.html import tip_html
+from ros_ik_pkg.panel.markup.texts import LANGUAGE_NAMES
+from ros_ik_pkg.panel.pages.lessons import LessonTab
+from ros_ik_pkg.panel.pages.obstacles import BALL, BOX, NONE
+from ros_ik_pkg.panel.pages.page import Page, Tools
+from ros_ik_pkg.panel.pages.parameters import ParameterControls
+from ros_ik_pkg.panel.pages.seed_sliders import SeedSliders
 
 PRESET_ROWS = {
     'begin': ('Lecture notes', 'Random'),
@@ -45,14 +47,14 @@ class Controls:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
         actions: Actions,
-        later: Callable[[Callable[[], object]], object],
+        tools: Tools,
         robots: Iterable[str],
-        texts: Texts,
+        pages: Sequence[Page] = (),
         dark: bool = False,
     ) -> None:
-        self._gui, self._actions, self._later, self._texts = gui, actions, later, texts
+        gui, texts = tools.server.gui, tools.texts
+        self._gui, self._actions, self._tools, self._texts = gui, actions, tools, texts
         panel = gui.add_panel()
         with panel.add_tab(texts['task']):
             self._add_robot(tuple(robots))
@@ -62,8 +64,12 @@ class Controls:
             self._seed = SeedSliders(gui, texts['seed'], self.on, actions.set_joint)
             with gui.add_folder(texts['tip']):
                 self._tip = gui.add_html(tip_html(None, ''))
+        with panel.add_tab(texts['motion tab']):
+            for page in pages:
+                with gui.add_folder(texts[page.title], expand_by_default=False):
+                    page.add()
         with panel.add_tab(texts['lessons']):
-            self.lessons = LessonTab(gui, texts, self.on, later, actions.choose_lesson)
+            self.lessons = LessonTab(gui, texts, self.on, tools.later, actions.choose_lesson)
         with panel.add_tab(texts['parameters']):
             self.parameters = ParameterControls(gui, texts, self.on, actions.set_parameter)
             self.on(gui.add_checkbox(texts['dark'], dark), actions.choose_theme)
@@ -73,12 +79,7 @@ class Controls:
 
     def on(self, handle: Any, call: Callable[[Any], object]) -> None:
         """Have a call made with the handle's value when the user, not the program, changes it."""
-
-        @handle.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:
-                value = event.target.value
-                self._later(lambda: call(value))
+        self._tools.on(handle, call)
 
     def _add_robot(self, robots: tuple[str, ...]) -> None:
         self._robot = self._gui.add_dropdown(self._texts['robot'], robots, initial_value=robots[0])
@@ -89,7 +90,7 @@ class Controls:
         def _(event: viser.GuiEvent) -> None:
             file = event.target.value
             text = file.content.decode(errors='replace')
-            self._later(lambda: self._actions.upload_urdf(text, file.name))
+            self._tools.later(lambda: self._actions.upload_urdf(text, file.name))
 
     def _add_presets(self) -> None:
         for label, names in PRESET_ROWS.items():
@@ -97,13 +98,7 @@ class Controls:
 
     def _add_button_row(self, label: str, names: tuple[str, ...], choose: Callable[[str], object]) -> None:
         """Add a button for each name, which calls `choose` with it."""
-        by_text = {self._texts[name]: name for name in names}
-        group = self._gui.add_button_group(self._texts[label], tuple(by_text))
-
-        @group.on_click
-        def _(event: viser.GuiEvent) -> None:
-            text = event.target.value
-            self._later(lambda: choose(by_text.get(text, text)))
+        self._tools.buttons(self._texts[label], {name: partial(choose, name) for name in names})
 
     def _add_languages(self) -> None:
         by_name = {name: language for language, name in LANGUAGE_NAMES.items()}

@@ -10,6 +10,7 @@ LANGUAGE_NAMES = {'en': 'English', 'pl': 'Polski'}
 _TEXTS = {
     'task': ('Task', 'Zadanie'),
     'parameters': ('Parameters', 'Parametry'),
+    'motion tab': ('Motion', 'Ruch'),
     'lessons': ('Lessons', 'Lekcje'),
     'methods': ('Methods', 'Metody'),
     'iteration': ('Iteration', 'Iteracja'),
@@ -121,6 +122,96 @@ _TEXTS = {
         'Arrows at the tip: where it goes if only this joint moves (thin: its axis of rotation).',
         'Strzałki w końcówce: dokąd idzie, gdy porusza się tylko ten przegub (cienkie: oś obrotu).',
     ),
+    # The path
+    'path': ('Path', 'Ścieżka'),
+    'way points': ('Poses', 'Pozy'),
+    'add': ('Add', 'Dodaj'),
+    'delete': ('Delete', 'Usuń'),
+    'clear': ('Clear', 'Wyczyść'),
+    'tool speed': ('Speed [m/s]', 'Prędkość [m/s]'),
+    'speed hint': ('0: as fast as the joints allow', '0: tak szybko, jak pozwalają przeguby'),
+    'branches': ('Branch changes', 'Zmiany gałęzi'),
+    'branches hint': (
+        'how often the joints may leave the path to go on in another branch',
+        'ile razy przeguby mogą zejść ze ścieżki, aby kontynuować w innej gałęzi',
+    ),
+    'solve path': ('Solve the path', 'Rozwiąż ścieżkę'),
+    'path hint': (
+        'Add two poses or more; click one to choose it, drag its arrows.',
+        'Dodaj co najmniej dwie pozy; kliknij pozę, aby ją wybrać, i przeciągnij jej strzałki.',
+    ),
+    'path ready': (
+        'Drag the poses; then solve the path.', 'Przeciągnij pozy, a potem rozwiąż ścieżkę.',
+    ),
+    'path sent': (
+        'The node solves the path; the first one on a machine takes a minute or more.',
+        'Węzeł rozwiązuje ścieżkę; pierwsza na danej maszynie zajmuje minutę lub więcej.',
+    ),
+    'path solved': (
+        'Solved whole: {seconds} s, the joints travel {travel} rad or m.',
+        'Rozwiązana w całości: {seconds} s, przeguby przebywają {travel} rad lub m.',
+    ),
+    'path reconfigured': (
+        'The joints leave the path at pose {poses} to change the branch (purple).',
+        'Przeguby schodzą ze ścieżki przy pozie {poses}, aby zmienić gałąź (fioletowe).',
+    ),
+    'path slowed': (
+        'The joints cannot keep the tip speed everywhere.', 'Przeguby nie wszędzie utrzymują prędkość końcówki.',
+    ),
+    'path sigma': (
+        'Nearest to singular at pose {pose}: sigma_min {sigma}.',
+        'Najbliżej osobliwości przy pozie {pose}: sigma_min {sigma}.',
+    ),
+    'path reached': (
+        'It goes as far as pose {pose} (red cube).', 'Prowadzi do pozy {pose} (czerwony sześcian).',
+    ),
+    'time in motion': ('Time [s]', 'Czas [s]'),
+    'stop': ('Stop', 'Zatrzymaj'),
+    'joints in time': ('Joints over time, between their limits', 'Przeguby w czasie, między ograniczeniami'),
+    'strips note': (
+        'Dashed: limits, and sigma_min below which the line is marked. Purple: off the path.',
+        'Kreskowane: ograniczenia i sigma_min, poniżej którego linia jest oznaczona. Fioletowe: poza ścieżką.',
+    ),
+    'joint range': ('{name}: {span}, limits {low} and {high}', '{name}: {span}, ograniczenia {low} i {high}'),
+    'joint range unlimited': ('{name}: {span}, no limits', '{name}: {span}, bez ograniczeń'),
+    'sigma range': ('smallest singular value: {low} to {high}', 'najmniejsza wartość osobliwa: {low} do {high}'),
+    'path at': ('{seconds} s: sigma_min {sigma}', '{seconds} s: sigma_min {sigma}'),
+    'on the path': ('on the path, at {seconds} s', 'na ścieżce, {seconds} s'),
+    # The stream of commands
+    'drive': ('Drive', 'Prowadzenie'),
+    'drive on': ('Drive by the gizmo', 'Prowadź strzałkami'),
+    'drive hint': (
+        'the tip follows the arrows at the target by twists while you hold them',
+        'końcówka podąża za strzałkami celu, dopóki je trzymasz',
+    ),
+    'drive off': (
+        'While this is on, drag the arrows at the target: the tip follows at most at these speeds, and stops when you '
+        'let go. The node streams commands (command_rate).',
+        'Gdy włączone, przeciągaj strzałki celu: końcówka podąża najwyżej z tymi prędkościami i staje, gdy puścisz. '
+        'Węzeł wysyła strumień poleceń (command_rate).',
+    ),
+    'most speed': ('Most [m/s]', 'Najwyżej [m/s]'),
+    'most turn': ('Most [rad/s]', 'Najwyżej [rad/s]'),
+    'last command': ('the last command of the stream', 'ostatnie polecenie strumienia'),
+    'velocity': ('Velocity', 'Prędkość'),
+    'acceleration': ('Acceleration', 'Przyspieszenie'),
+    'peak': ('at most {share} % of its limit: {name}', 'najwyżej {share} % ograniczenia: {name}'),
+    # The reach
+    'reach': ('Reach', 'Zasięg'),
+    'map reach': ('Map the reach', 'Wyznacz zasięg'),
+    'show reach': ('Show it', 'Pokaż'),
+    'cut': ('Cut at y [m]', 'Przekrój y [m]'),
+    'reach hint': (
+        'The node maps what the arm reaches, in some ten seconds; the first time on a machine takes longer.',
+        'Węzeł wyznacza zasięg ramienia w kilkanaście sekund; za pierwszym razem na maszynie trwa to dłużej.',
+    ),
+    'reach known': (
+        '{count} positions, from red (few rotations) to blue (all). Click one: the arm goes there.',
+        'Pozycji: {count}, od czerwonych (mało obrotów) do niebieskich (wszystkie). Kliknij: ramię tam pojedzie.',
+    ),
+    'reach at': (
+        '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % of the rotations', '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % obrotów',
+    ),
     # Lessons
     'newton': ('Newton in one dimension', 'Newton w jednym wymiarze'),
     'newton text': (
@@ -152,7 +243,16 @@ _STATUSES = {
     },
     'en': {Status.MAX_ITERATIONS.label: 'out of steps'},  # the label is too long for the column
 }
-_OUTCOMES = {'failed': 'nierozwiązane', 'refused': 'odrzucone'}
+_OUTCOMES = {'failed': 'nierozwiązane', 'refused': 'odrzucone', 'partial': 'częściowo'}
+_BREAKS = {
+    'reach': 'żadne położenia przegubów nie sięgają pozy',
+    'limit': 'pozy sięgają tylko położenia poza ograniczeniami przegubów',
+    'singularity': 'ramię jest tam osobliwe',
+    'branch': 'gałąź się kończy; inna prowadziłaby dalej',
+    'velocity': 'przegub przekroczyłby ograniczenie prędkości',
+    'contact': 'ramię dotknęłoby siebie albo otoczenia',
+    'deadline': 'skończył się czas',
+}
 _REASONS = {
     Status.UNREACHABLE.label: 'cel jest poza zasięgiem: każde zejście kończy się w pewnej odległości od niego',
     Status.STALLED.label: 'błąd przestał maleć: minimum lokalne, ograniczenia przegubów albo cel poza zasięgiem',
@@ -210,6 +310,12 @@ class Texts:
         if self.language == 'en':
             return f'{outcome}: {message}'
         return f'{_OUTCOMES.get(outcome, outcome)}: {_REASONS.get(status, status)}'
+
+    def path_failure(self, outcome: str, status: str, message: str) -> str:
+        """Say why a path is not solved whole; in English in the node's own words."""
+        if self.language == 'en':
+            return f'{outcome}: {message}.'
+        return f'{_OUTCOMES.get(outcome, outcome)}: {_BREAKS.get(status, _REASONS.get(status, status))}.'
 
 
 def all_texts(language: str) -> set[str]:

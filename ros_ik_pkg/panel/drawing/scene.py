@@ -11,11 +11,11 @@ import viser
 from ros_ik_pkg.compare.iterate import Iterate
 from ros_ik_pkg.compare.palette import COLOURS, COLOURS_ON_DARK, TARGET, rgb
 from ros_ik_pkg.ik import Arm
-from ros_ik_pkg.panel.arm_drawing import ROUND, ArmDrawing, floor_of, size_of, wxyz_of
-from ros_ik_pkg.panel.camera import Camera
-from ros_ik_pkg.panel.contact_drawing import ContactDrawing
-from ros_ik_pkg.panel.iterate_drawing import IterateDrawing
-from ros_ik_pkg.panel.mesh_drawing import mesh_drawing
+from ros_ik_pkg.panel.drawing.arm_drawing import ROUND, ArmDrawing, floor_of, size_of, wxyz_of
+from ros_ik_pkg.panel.drawing.camera import Camera
+from ros_ik_pkg.panel.drawing.contact_drawing import ContactDrawing
+from ros_ik_pkg.panel.drawing.iterate_drawing import IterateDrawing
+from ros_ik_pkg.panel.drawing.mesh_drawing import mesh_drawing
 
 LINK, JOINT = (205, 211, 219), (84, 96, 112)
 GHOST = (140, 150, 165)
@@ -41,12 +41,14 @@ class Scene:
         self._scene.configure_environment_map(hdri=None)
         self._camera = Camera(server)
         self._shown = self._goal = np.empty(0)
-        self._dark = False
+        self._dark = self._hidden = False
         self._arms = 0
+        self.released: Callable[[], object] = lambda: None  # called, on a thread of viser, when the gizmo is let go
 
     def show_arm(self, arm: Arm, source: str, seed: np.ndarray, target: np.ndarray) -> None:
         """Draw an arm at its seed (n,), with meshes if its source has them, and the target (4, 4)."""
         self._scene.reset()
+        self._hidden = False
         self._arm = arm
         self._size = size = size_of(arm)
         self._add_lights()
@@ -83,11 +85,20 @@ class Scene:
         if q is not None:
             self._goal = q
 
+    @property
+    def standing(self) -> np.ndarray:
+        """Where the arm stands, or moves to (n,) [rad, m]."""
+        return self._goal
+
+    def put(self, q: np.ndarray) -> None:
+        """Put the arm at q (n,) at once."""
+        self._body.visible = self._tip.visible = True
+        self._shown = self._goal = q
+        self._place_arm()
+
     def stand_at(self, iterate: Iterate, method: str, positions: np.ndarray) -> None:
         """Put the arm at an iterate of a descent with these joint positions (k, n), and show what is inside it."""
-        self._body.visible = self._tip.visible = True
-        self._shown = self._goal = iterate.q
-        self._place_arm()
+        self.put(iterate.q)
         self.iterate.show(iterate, method, positions)
 
     @property
@@ -106,12 +117,17 @@ class Scene:
         colours = self._colours
         ways = {method: spaced(points, STRIDE * self._size) for method, points in paths.items()}
         segments = {method: np.stack([way[:-1], way[1:]], axis=1) for method, way in ways.items() if len(way) > 1}
-        self._paths.visible = bool(segments)
+        self._paths.visible = bool(segments) and not self._hidden
         if segments:
             self._paths.points = np.concatenate([*segments.values()]).astype(np.float32)
             self._paths.colors = np.concatenate(
                 [np.full(lines.shape, linear(rgb(colours[method]))) for method, lines in segments.items()]
             )
+
+    def hide_paths(self, hidden: bool) -> None:
+        """Hide the ways of the tip while something else is looked at, or show them again at the next comparison."""
+        self._hidden = hidden
+        self._paths.visible = False
 
     def choose_theme(self, dark: bool) -> None:
         """Set the floor for a light or dark page; tip paths change when they are drawn again."""
@@ -159,6 +175,8 @@ class Scene:
             if event.client is not None:
                 rotation = pin.Quaternion(*event.target.wxyz).normalized().matrix()
                 self._moved(pin.SE3(rotation, np.array(event.target.position)).homogeneous)
+                if event.phase == 'end':
+                    self.released()
 
 
 def linear(colour: tuple[int, int, int]) -> np.ndarray:

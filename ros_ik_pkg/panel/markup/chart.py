@@ -12,7 +12,7 @@ import numpy as np
 
 from ros_ik_pkg.compare.iteration_axis import place, thinned, ticks
 from ros_ik_pkg.panel.answers import Curve
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.texts import Texts
 
 PLOTS = {'position_error': 'plot position', 'orientation_error': 'plot orientation'}
 FLOOR, CEILING = -8.0, 0.5  # powers of ten

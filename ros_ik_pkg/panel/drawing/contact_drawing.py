@@ -11,7 +11,7 @@ from ros_ik_pkg.ik import Arm
 from ros_ik_pkg.ik.contacts.bodies import Piece
 from ros_ik_pkg.ik.contacts.coal_library import convex
 from ros_ik_pkg.ik.exceptions import ArgumentError
-from ros_ik_pkg.panel.arm_drawing import ROUND, wxyz_of
+from ros_ik_pkg.panel.drawing.arm_drawing import ROUND, wxyz_of
 
 RED, OPACITY = (214, 40, 40), 0.75
 LEAST_CORNERS = 4  # of a hull with a volume; what has fewer is drawn as balls

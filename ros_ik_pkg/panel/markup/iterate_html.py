@@ -11,7 +11,7 @@ from ros_ik_pkg.compare.iterate import Iterate
 from ros_ik_pkg.compare.problem import numbers_of
 from ros_ik_pkg.ik import METHODS, SolveOptions
 from ros_ik_pkg.methods import BY_NAME, TABLE
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.texts import Texts
 
 SIDE = 1000  # of the drawing
 SIGMAS = -4.0, 0.6  # powers of ten of the singular values that the chart shows

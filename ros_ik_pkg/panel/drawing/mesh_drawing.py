@@ -12,8 +12,8 @@ import yourdfpy
 from viser.extras import ViserUrdf
 
 from ros_ik_pkg.ik import ArgumentError, Arm
-from ros_ik_pkg.panel.arm_drawing import wxyz_of
-from ros_ik_pkg.panel.drawing import Drawing
+from ros_ik_pkg.panel.drawing.arm_drawing import wxyz_of
+from ros_ik_pkg.panel.drawing.drawing import Drawing
 
 PACKAGE, FILE = 'package://', 'file://'
 

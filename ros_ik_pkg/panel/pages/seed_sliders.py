@@ -11,7 +11,7 @@ import viser
 
 from ros_ik_pkg.compare.problem import is_rotary
 from ros_ik_pkg.ik import ArgumentError, Arm
-from ros_ik_pkg.panel.joint_labels import STEPS, short_names, slider_range
+from ros_ik_pkg.panel.markup.joint_labels import STEPS, short_names, slider_range
 
 
 class SeedSliders:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from ros_ik_pkg.compare.newton import iterates, slope, value
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.texts import Texts
 
 WIDTH, HEIGHT = 400.0, 190.0
 X, Y = (1.4, 3.1), (-5.0, 14.0)  # the part of the plane that is drawn

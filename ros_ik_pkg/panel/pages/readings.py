@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterable
 import viser
 
 from ros_ik_pkg.panel.answers import Answers
-from ros_ik_pkg.panel.chart import plots_html
-from ros_ik_pkg.panel.html import comparison_words, node_words, status_html, table_html
-from ros_ik_pkg.panel.microscope import Microscope
-from ros_ik_pkg.panel.style import STYLE
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.chart import plots_html
+from ros_ik_pkg.panel.markup.html import comparison_words, node_words, status_html, table_html
+from ros_ik_pkg.panel.markup.style import STYLE
+from ros_ik_pkg.panel.markup.texts import Texts
+from ros_ik_pkg.panel.pages.microscope import Microscope
 
 WIDTH = 450  # pixels
 NOTICE_TIME = 6.0  # s for which a notice replaces the node's message

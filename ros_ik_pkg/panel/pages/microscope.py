@@ -13,9 +13,9 @@ from ros_ik_pkg.compare.iterate import Iterate, make_iterate
 from ros_ik_pkg.compare.problem import is_rotary
 from ros_ik_pkg.ik import METHODS, Arm, OptionError, SolveOptions
 from ros_ik_pkg.panel.answers import SEARCH, Answers, Curve
-from ros_ik_pkg.panel.iterate_html import iterate_html
-from ros_ik_pkg.panel.joint_labels import short_names
-from ros_ik_pkg.panel.texts import Texts
+from ros_ik_pkg.panel.markup.iterate_html import iterate_html
+from ros_ik_pkg.panel.markup.joint_labels import short_names
+from ros_ik_pkg.panel.markup.texts import Texts
 
 OFF = 'off'
 CHOICES = (OFF, SEARCH, *METHODS)

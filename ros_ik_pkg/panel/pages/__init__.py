@@ -1,0 +1,1 @@
+"""The tabs and folders of the page, a module for each; page.py says what a new one needs."""
