@@ -148,7 +148,7 @@ def measure_servo(count: int) -> int:
         [COST_HEAD, *cost_rows()], [STREAM_HEAD, *stream_rows()],
     )  # fmt: skip
     print('\n\n'.join(map(markdown, tables)))
-    return int(100 * sum(int(row[-1]) for row in reasons) > count)
+    return int(100 * sum(int(row[-1]) for row in reasons) > sum(int(row[2]) for row in reasons))
 
 
 def measure_reach(count: int) -> int:

@@ -1,11 +1,11 @@
-"""Ten minutes of commands at 500 Hz for each of three arms, one of them with five joints, by the servo of the node
-without its threads and messages: twists in base and tip axes, poses near and anywhere, bursts, reversals, runs into
-singularities, joint limits, the arm itself, a floor, a table and a post, pauses, silence of commands and of joint
-states, other options, a new start. The differences of the published positions are held against the limits of position,
-velocity, acceleration and jerk; one command is one period. Contact is judged by Pinocchio and coal on the meshes of the
-URDF, at every command while the servo speaks of contact, and at every fourth one else. Then lines of the tip across the
-reach of an arm: the tip stays on its line, by Pinocchio, or the arm halts and says why. Last, how long an arm moves
-after the last twist."""
+"""Ten minutes of commands at 500 Hz for each of four arms, two of them with five joints, by the servo of the node
+without its threads and messages: twists in base and tip axes, poses near and anywhere, by joints in step or on lines,
+bursts, reversals, runs into singularities, joint limits, the arm itself, a floor, a table and a post, pauses, silence
+of commands and of joint states, other options, a new start. The differences of the published positions are held against
+the limits of position, velocity, acceleration and jerk; one command is one period. Contact is judged by Pinocchio and
+coal on the meshes of the URDF, at every command while the servo speaks of contact, and at every fourth one else; the
+so101 has no shapes. Then lines of the tip across the reach of an arm, by twists and by poses: the tip stays on its
+line, by Pinocchio, or the arm halts and says why. Last, how long an arm moves after the last twist."""
 
 from __future__ import annotations
 
@@ -21,10 +21,17 @@ import numpy as np
 import pinocchio as pin
 
 from bench.published_robots import PANDA, UR5, UrdfJudge, moving_pairs
-from ros_ik_pkg.ik import Arm, Obstacle, SolveOptions, World, load_arm
+from ros_ik_pkg.ik import Arm, Obstacle, SolveOptions, World, load_arm, solve
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.contacts import Room
-from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
+from ros_ik_pkg.ros.interface import servo_settings
+from ros_ik_pkg.ros.interface.servo_settings import (
+    CAUTION_OPTIONS,
+    POSE_MOTIONS,
+    SERVO_OPTIONS,
+    ServoSettings,
+    Thresholds,
+)
 from ros_ik_pkg.ros.servo.codes import Code
 from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.servo import Servo
@@ -39,30 +46,34 @@ THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPT
 BASE = np.eye(3)
 ROUNDING = 1e-9  # of a limit
 LINE = 1e-3  # m
-LINE_TIME = 12.0  # s outwards at 0.2 m/s: further than any of these arms reaches
+BACK, REST = 1e-3, 2.0  # rad, s
+SPEED = 0.2  # m/s
+LINE_TIME = 12.0  # s outwards: further than any of these arms reaches
 PANDA_START = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
 UR5_START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
 TILT = (1, 1, 1, 1, 0, 1)  # the rows that five joints can follow
+POSITION = (1, 1, 1, 0, 0, 0)
 KINDS = ('push', 'shake', 'near', 'anywhere', 'pause', 'silence', 'deaf', 'options', 'start')
 FLOOR = -0.05  # m
 SIZES = {'table': (0.4, 0.6, 0.05), 'post': (0.08, 0.08, 1.2)}  # m
 NEAR = (Code.SLOWED_CONTACT, Code.HALTED_CONTACT, Code.LEAVING_CONTACT)
 SPARSE = 4  # commands from one look at contact to the next, in the open
-OTHERS = (SolveOptions(), SolveOptions(method='sdls'), SolveOptions(task_weights=(1, 1, 1, 0, 0, 0)))
+OTHERS = (SolveOptions(), SolveOptions(method='sdls'), SolveOptions(task_weights=POSITION),
+          SolveOptions(null_space='manipulability'), SolveOptions(null_space='clearance'))  # fmt: skip
 
 
 class Case(NamedTuple):
-    """An arm of a URDF, where it starts (n,) [rad], and how it solves."""
+    """An arm, where it starts (n,) [rad], how it solves, and its URDF if that has shapes."""
 
     arm: Arm
     start: np.ndarray
     options: SolveOptions
-    urdf: Path
+    urdf: Path | None
 
 
 def arms() -> dict[str, Case]:
     """Return the arms by name."""
-    (panda, panda_srdf, hand), (ur5, ur5_srdf, end) = PANDA, UR5
+    (panda, panda_srdf, hand), (ur5, ur5_srdf, end), so101 = PANDA, UR5, load_arm('so101')
     return {
         'panda': Case(load_arm(panda, tip=hand, srdf=panda_srdf), PANDA_START, SolveOptions(), panda),
         'ur5': Case(load_arm(ur5, tip=end, srdf=ur5_srdf), UR5_START, SolveOptions(), ur5),
@@ -70,16 +81,18 @@ def arms() -> dict[str, Case]:
             load_arm(ur5, tip='wrist_2_link', srdf=ur5_srdf), UR5_START[:5],
             SolveOptions(task_weights=TILT, task_frame='tip'), ur5,
         ),
+        'so101': Case(so101, so101.home, SolveOptions(task_weights=POSITION), None),
     }  # fmt: skip
 
 
 def run(plan: Plan) -> Iterator[Check]:
-    """Stream for the minutes of the plan, a third of them for each arm unless they are the default."""
-    minutes = MINUTES if plan.minutes is None else plan.minutes / 3.0
+    """Stream for the minutes of the plan, a quarter of them for each arm unless they are the default."""
+    minutes = MINUTES if plan.minutes is None else plan.minutes / 4.0
     for name, case in arms().items():
         yield from _stream(name, case, plan, minutes)
     for name, case in arms().items():
-        yield _line(name, case)
+        for by in ('twists', 'poses'):
+            yield _line(name, case, by)
     for name, case in arms().items():
         yield _stop(name, case)
 
@@ -91,8 +104,10 @@ def _stream(name: str, case: Case, plan: Plan, minutes: float) -> Iterator[Check
         wild.tick()
     broken = ', '.join(f'{count} {what}' for what, count in wild.judge.broken.items())
     yield Check(f'{name}: commands over a limit', broken or f'0 of {ticks}', broken)
-    touching, looks = wild.place.touching, wild.place.looks
-    yield Check(f'{name}: commands in contact', f'{touching} of {looks}', unless(not touching, f'{touching} commands'))
+    if wild.place is not None:
+        touching, looks = wild.place.touching, wild.place.looks
+        fault = unless(not touching, f'{touching} commands')
+        yield Check(f'{name}: commands in contact', f'{touching} of {looks}', fault)
     seen = ', '.join(f'{count} {code.label}' for code, count in wild.codes.most_common())
     yield Check(f'{name}: what was said', seen, unless(len(wild.codes) > 5 or minutes < 0.5, 'too little was tried'))
 
@@ -169,13 +184,14 @@ class Wild:
     def __init__(self, case: Case, rng: np.random.Generator) -> None:
         self._arm, self._options, self._rng, self._now, self._left = case.arm, case.options, rng, 0.0, 0
         self.codes: Counter[Code] = Counter()
-        self.place = Place(case)
-        self._contact = ContactAhead(case.arm, self.place.room, THRESHOLDS, 0.0)
+        self.place = None if case.urdf is None else Place(case)
+        self._contact = None if self.place is None else ContactAhead(case.arm, self.place.room, THRESHOLDS, 0.0)
         self._servo = self._new(case.start)
         self.judge = Judge(self._servo, case.start)
 
     def _new(self, q: np.ndarray) -> Servo:
-        servo = Servo(self._arm, self._options, SETTINGS, THRESHOLDS, 1.0, q, self._contact)
+        settings = replace(SETTINGS, pose_motion=POSE_MOTIONS[self._rng.integers(2)])
+        servo = Servo(self._arm, self._options, settings, THRESHOLDS, 1.0, q, self._contact)
         servo.hear_joint_states(self._now)
         return servo
 
@@ -192,7 +208,7 @@ class Wild:
         command = self._servo.tick(self._now)
         self.judge.see(command)
         code = self._servo.finding.code
-        if code in NEAR or self.codes.total() % SPARSE == 0:
+        if self.place is not None and (code in NEAR or self.codes.total() % SPARSE == 0):
             self.place.look(command)
         self.codes[code] += 1
 
@@ -229,20 +245,34 @@ class Wild:
         return np.clip(q, self._arm.lower, self._arm.upper)
 
 
-def _line(name: str, case: Case) -> Check:
-    """Drive the tip outwards beyond the reach, and back; see how far it leaves its line, and why it halts."""
+def _line(name: str, case: Case, by: str) -> Check:
+    """Lead the tip outwards beyond the reach, and back, by twists or poses; see how far it leaves its line, and why it
+    halts; poses that have no solution are not sent, and the last one leads to the start."""
     arm, start, options, _ = case
-    servo, now, last, tips = Servo(arm, options, SETTINGS, THRESHOLDS, 1.0, start), 0.0, '', []
-    for sign in (1.0, -1.0):
-        for k in range(round(LINE_TIME * RATE)):
-            if k % PER_COMMAND == 0:
-                servo.twist(TwistCommand(sign * np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0]), BASE), now)
-            now += PERIOD
-            tips.append(_tip(arm, servo.tick(now)))
-        last = last or servo.finding.sentence
+    servo = Servo(arm, options, replace(SETTINGS, pose_motion=servo_settings.LINE), THRESHOLDS, 1.0, start)
+    now, last, tips, half = 0.0, '', [], round(LINE_TIME * RATE)
+    for k in range(2 * half + round(REST * RATE)):
+        sign = 1.0 if k < half else -1.0
+        if k == half:
+            last = servo.finding.sentence
+        if k % PER_COMMAND == 0 and k < 2 * half and by == 'twists':
+            servo.twist(TwistCommand(np.array([sign * SPEED, 0.0, 0.0, 0.0, 0.0, 0.0]), BASE), now)
+        elif k % PER_COMMAND == 0 and k < 2 * half:
+            target = arm.forward(start)
+            target[0, 3] += SPEED * PERIOD * min(k, 2 * half - k - PER_COMMAND)
+            solution = solve(arm, target, servo.position, options)
+            if solution.converged:
+                servo.pose(solution.q, now)
+        now += PERIOD
+        tips.append(_tip(arm, servo.tick(now)))
     off = float(np.linalg.norm(np.array(tips)[:, 1:] - _tip(arm, start)[1:], axis=1).max())
-    fault = unless(off < LINE, f'{1e3 * off:.2f} mm off the line') or unless(last.startswith('halted: '), 'no reason')
-    return Check(f'{name}: a line out to the edge of reach and back', f'{1e3 * off:.3f} mm off; {last}', fault)
+    figure, fault = f'{1e3 * off:.3f} mm off; {last}', unless(off < LINE, f'{1e3 * off:.2f} mm off the line')
+    if by == 'twists':
+        fault = fault or unless(last.startswith('halted: '), 'no reason')
+    elif arm.n <= np.count_nonzero(options.task_weights):  # others may come back in another posture
+        back = float(np.abs(servo.position - start).max())
+        figure, fault = f'{figure}; back {back:.1e} rad from the start', fault or unless(back < BACK, 'another posture')
+    return Check(f'{name}: a line by {by} out to the edge of reach and back', figure, fault)
 
 
 def _stop(name: str, case: Case) -> Check:

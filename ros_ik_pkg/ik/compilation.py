@@ -1,4 +1,4 @@
-"""Compile the solver before it is needed: first what most targets need, the rest in the background.
+"""Compile the solver before it is needed: first what most targets need, in the background the rest, then streams.
 
 As a program (`scripts/compile`) it fills the cache, after the installation or for a node that already solves targets.
 """
@@ -14,11 +14,13 @@ import threading
 import time
 from collections.abc import Callable
 
+from ros_ik_pkg.ik.collision.look_ahead import contact_of_stop, gaps_of
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER, count_functions, is_writable
 from ros_ik_pkg.ik.kernel.compiled import NOT_SAVED, translated
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.loading import load_arm
+from ros_ik_pkg.ik.motion.jerk_limited import advance, can_stop, halt, time_to_rest
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
 from ros_ik_pkg.ik.search.final_check import passes
 from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, use_usual
@@ -26,9 +28,11 @@ from ros_ik_pkg.ik.world import World
 
 NOTICE_AFTER = 2.0  # s
 MOVE_EVERY = 0.2  # s
+LOOK_EVERY = 0.5  # s
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # position [m] and quaternion x y z w
 LOW_PRIORITY = 10  # nice: a tenth of the time that others get of a processor
 HELPER = f'import sys; from {__name__} import main; sys.exit(main(["--quiet", "--low-priority"]))'
+STREAM = (advance, can_stop, halt, time_to_rest, gaps_of, contact_of_stop)  # what a stream of commands calls
 Report = Callable[[str], object]
 CYLINDER = '<collision><geometry><cylinder radius="0.1" length="0.1"/></geometry></collision>'
 TWO_CYLINDERS = (
@@ -53,7 +57,10 @@ def warm_up(report: Report = print) -> float:
 
 
 class Compilation:
-    """Compiles the solver while a node runs: the usual solve at once, the rest at low priority."""
+    """Compiles the solver while a node runs: the usual solve at once, the rest at low priority.
+
+    complete: whether the whole solver is compiled. stream_ready: whether all that a stream of commands calls is.
+    """
 
     def __init__(self, report: Report) -> None:
         """Compile what most targets need, and begin with the rest; return at once if all is in the cache."""
@@ -61,21 +68,18 @@ class Compilation:
         self._helper: subprocess.Popen[bytes] | None = None
         self._thread: threading.Thread | None = None
         self._closed = False
-        self.complete = all_cached()
+        self.complete, self.stream_ready = all_cached(), stream_cached()
         if self.complete:
             warm_up(report)
+        if self.stream_ready:
+            compile_stream()
+        if self.complete and self.stream_ready:
             return
         if CACHE_FOLDER is not None and is_writable(CACHE_FOLDER):
             # In a session of its own: Ctrl-C is for the node, which ends its helper.
             self._helper = subprocess.Popen([sys.executable, '-c', HELPER], start_new_session=True)
-        try:
-            with _Notice(report, '10 s before the first targets are answered, as long again for all'):
-                use_usual(True)
-                compile_small()
-        except BaseException:
-            self.close()
-            raise
-        _report_oddities(report)
+        if not self.complete:
+            self._compile_usual()
         self._thread = threading.Thread(target=self._finish, name='compilation')
         self._thread.start()
 
@@ -87,26 +91,52 @@ class Compilation:
         if self._thread is not None:
             self._thread.join()
 
-    def _finish(self) -> None:
-        """Wait for the helper, load what it compiled from the cache, and solve with that from now on."""
-        began = time.monotonic()
-        if self._helper is not None:
-            self._helper.wait()
-        if self._closed:
-            return
+    def _compile_usual(self) -> None:
         try:
-            solve_range.prepare()
-            use_usual(False)
+            with _Notice(self._report, '10 s before the first targets are answered, as long again for all'):
+                use_usual(True)
+                compile_small()
+        except BaseException:
+            self.close()
+            raise
+        _report_oddities(self._report)
+
+    def _finish(self) -> None:
+        """Wait for the helper, load what it compiled from the cache, and use that from now on."""
+        began = time.monotonic()
+        try:
+            if not self.complete and self._helped(all_cached):
+                solve_range.prepare()
+                use_usual(False)
+                self.complete = True
+                self._report(f'all of the solver is compiled, {time.monotonic() - began:.0f} s after the usual solve')
+            if not self.stream_ready and self._helped(stream_cached):
+                compile_stream()
+                self.stream_ready = True
         except Exception as error:
             self._report(f'not all of the solver could be compiled, {error}; targets that need it are refused')
-            return
-        self.complete = True
-        self._report(f'all of the solver is compiled, {time.monotonic() - began:.0f} s after the usual solve')
+
+    def _helped(self, cached: Callable[[], bool]) -> bool:
+        """Wait until the cache holds something, or the helper has ended; return whether the node goes on."""
+        while not self._closed and self._helper is not None and self._helper.poll() is None and not cached():
+            time.sleep(LOOK_EVERY)
+        return not self._closed
 
 
 def all_cached() -> bool:
     """Return whether the cache holds both searches."""
     return solve_one.is_cached() and solve_range.is_cached()
+
+
+def stream_cached() -> bool:
+    """Return whether the cache holds all that a stream of commands calls."""
+    return all(function.is_cached() for function in STREAM)
+
+
+def compile_stream() -> None:
+    """Compile, or load, what a stream of commands calls, so that it never waits for that."""
+    for function in STREAM:
+        function.prepare()
 
 
 def compile_small() -> None:
@@ -174,9 +204,11 @@ def main(arguments: list[str] | None = None) -> int:
         if given.low_priority:
             compile_small()  # the node needs it too, and compiles only the usual solve itself
             os.nice(LOW_PRIORITY)
-        seconds = warm_up(say)
+        began = time.monotonic()
+        warm_up(say)
+        compile_stream()
         solve_usual.prepare()
-    say(f'compiled in {seconds:.0f} s, kept in {CACHE_FOLDER}')
+    say(f'compiled in {time.monotonic() - began:.0f} s, kept in {CACHE_FOLDER}')
     return 1 if NOT_SAVED else 0
 
 

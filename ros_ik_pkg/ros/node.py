@@ -84,7 +84,9 @@ class IkNode(Node):
         self._servo_status = Publisher(self, topics.SERVO_STATUS)
         self._results: list[tuple[Result, Settings, float]] = []  # and its latency [s]; not reported yet
         self._report_timer, self._report_due = OneShot(self, REPORT_DELAY, self._report_results), 0.0
-        self._stream = Stream(self, self._handler, self._outputs.publish_motion)
+        self._stream = Stream(
+            self, self._handler, self._outputs.publish_motion, lambda: self._compilation.stream_ready
+        )  # fmt: skip
         self._handler.streamed = lambda: self._stream.position
         self._stream.take_over(self._handler.settings, self._handler.arm)
         self._targets = TargetQueue(self, self._handle, self._answer, self._give_up)

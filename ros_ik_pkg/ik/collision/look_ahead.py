@@ -10,10 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import types
 
 from ros_ik_pkg.ik.collision.scene import cut_placed, floor_gap, pair_bounds, place, scene_memory, unpack_scene
-from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
+from ros_ik_pkg.ik.kernel.compiled import entry_point, kernel
 from ros_ik_pkg.ik.motion.jerk_limited import follow_stop, plan_stop
+
+VECTOR, MATRIX = (types.Array(types.float64, d, 'C') for d in (1, 2))
 
 
 @kernel
@@ -27,7 +30,7 @@ def gap_of(scene, placed, k, clear):
     return floor_gap(scene, placed, int(scene.above[k - pairs]), clear)
 
 
-@compiled
+@entry_point(MATRIX, [VECTOR, MATRIX, VECTOR])
 def gaps_of(packed, configurations, within):
     """Return (N, C): `gap_of` each contact at each configuration (N, n), or inf if it exceeds `within` (C,)."""
     gaps = np.empty((len(configurations), int(packed[2]) + int(packed[3])))
@@ -47,7 +50,7 @@ def _write_gaps(packed, configurations, within, memory, gaps):
             gaps[i, k] = math.inf if gap > within[k] else gap
 
 
-@compiled
+@entry_point(types.int64, [VECTOR] + [MATRIX, VECTOR] + [MATRIX] * 2 + [types.float64, VECTOR])
 def contact_of_stop(packed, levers, margins, state, limits, period, where):
     """Return the first contact, numbered as in `first_contact`, on the shortest stop from a state; -1 if it is clear.
 

@@ -15,13 +15,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
+from numba import types
+
+from ros_ik_pkg.ik.kernel.compiled import entry_point, inlined, kernel
 
 ON_TARGET = 1e-11  # rad, m: a stop that ends this near the target needs no other jerk
 ROUNDING = 1e-12  # rad, m, rad/s, m/s: what the sums over the periods of one stop may lose
 HALVINGS = 52  # of a range of jerks, until no number is left between its ends
 MOST_COPIED = 0.8  # of a limit, that a target may need itself and be followed exactly
 UP, DOWN = 1, 2  # which limits a state breaks
+MATRIX = types.Array(types.float64, 2, 'C')
 
 
 class Bounds(NamedTuple):
@@ -169,7 +172,7 @@ def advance_joint(x, v, a, target, target_v, target_a, target_j, bounds, period)
     return move(x, v, a, j, period)
 
 
-@compiled
+@entry_point(types.none, [MATRIX, MATRIX, MATRIX, types.float64])
 def advance(state, targets, limits, period):
     """Move all joints on by a period [s], in place.
 
@@ -185,7 +188,7 @@ def advance(state, targets, limits, period):
         )  # fmt: skip
 
 
-@compiled
+@entry_point(types.bool_, [MATRIX, MATRIX])
 def can_stop(state, limits):
     """Return whether a stop within the limits (5, n) follows the state (3, n)."""
     for i in range(state.shape[1]):
@@ -194,7 +197,7 @@ def can_stop(state, limits):
     return True
 
 
-@compiled
+@entry_point(types.none, [MATRIX, MATRIX, types.float64])
 def halt(state, limits, period):
     """Move all joints on by a period [s] of their shortest stops, in place; state and limits as for `advance`."""
     for i in range(state.shape[1]):
@@ -203,7 +206,7 @@ def halt(state, limits, period):
         )
 
 
-@compiled
+@entry_point(types.float64, [MATRIX, MATRIX])
 def time_to_rest(state, limits):
     """Return how long the shortest stop of the slowest joint takes [s]; state and limits as for `advance`."""
     longest = 0.0

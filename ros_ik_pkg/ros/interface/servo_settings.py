@@ -9,6 +9,7 @@ from ros_ik_pkg.ik.options import Option
 
 SMOOTHINGS = ('none', 'own', 'ruckig')
 BLOCKED = STOP, GO_ON = ('stop', 'go_on')
+POSE_MOTIONS = JOINTS, LINE = ('joints', 'line')
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,9 @@ class ServoSettings:
     command_timeout: float  # s
     smoothing: str
     blocked: str
+    pose_motion: str
+    line_speed: float  # m/s
+    line_turning: float  # rad/s
     max_velocity: float  # rad/s, m/s, of joints whose limit is not known
     max_acceleration: float  # rad/s^2, m/s^2, as above
     max_jerk: float  # rad/s^3, m/s^3, as above
@@ -55,6 +59,11 @@ SERVO_OPTIONS = (
            allowed=SMOOTHINGS),
     _servo_option('blocked', STOP, 'what happens if the joints cannot follow a twist: the whole motion stops, or goes '
                   'on with the joints that can, off the line', allowed=BLOCKED),
+    _servo_option('pose_motion', JOINTS, 'how the stream goes to a target pose: all joints in step, or the tip on a '
+                  'straight line under the rules of caution', allowed=POSE_MOTIONS),
+    _servo_option('line_speed', 0.25, 'the most at which the tip catches up with a pose on such a line', 'm/s',
+                  minimum=0.001, maximum=100.0),
+    _servo_option('line_turning', 1.0, 'the most at which it turns meanwhile', 'rad/s', minimum=0.001, maximum=100.0),
     _servo_option('max_velocity', 1.0, 'velocity limit of joints for which the robot has none', 'rad/s or m/s',
                   minimum=0.001, maximum=100.0),
     _servo_option('max_acceleration', 10.0, 'acceleration limit of joints for which the robot has none',

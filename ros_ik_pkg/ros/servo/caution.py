@@ -23,6 +23,7 @@ FAR = 1e6  # rad, m: room without bound
 TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
 BRAKE = 0.3  # of acceleration and jerk, reserved for stopping; the rest is for the curve of the line
 CURVE = 0.4  # of the acceleration limits, for the curve of the joints along a straight line
+SMOOTHNESS = 2.0  # power of the sum over joints, so that there is no kink if another joint becomes the hardest
 UNNOTICED = 1.3  # share of the allowed speed above which a rule is not reported
 NAMED_FOR = 0.01  # rad, m: motion of a joint after which a singularity is named again
 STILL = 1e-9  # rad/s, m/s: no motion
@@ -95,10 +96,11 @@ class Caution:
         self._singularity = Approach(thresholds.singularity_slow, thresholds.singularity_halt, thresholds)
         self._contact = Approach(thresholds.contact_slow, thresholds.contact_halt, thresholds)
 
-    def judge(self, here: Posture, twist: np.ndarray, rows: np.ndarray) -> Finding:
+    def judge(self, here: Posture, twist: np.ndarray, rows: np.ndarray, curve: float = CURVE) -> Finding:
         """Return the strictest finding about a twist (6,) of the tip in a posture, with the rows (k, 6) of the task.
 
-        Its share is the allowed speed over the commanded one: 2 if the tip may be twice as fast.
+        Its share is the allowed speed over the commanded one: 2 if the tip may be twice as fast. curve: share of the
+        acceleration limits for the curve of the joints along the line.
         """
         velocity = here.joints_from_twist @ twist
         fastest = float(np.abs(velocity).max())
@@ -111,7 +113,7 @@ class Caution:
             self._near_limit(here.q, velocity),
             self._near_singularity(here, ahead, velocity),
             self._at_top_speed(velocity),
-            self._at_top_acceleration(acceleration),
+            self._at_top_acceleration(acceleration, curve),
         ]
         if self.contact_ahead is not None:
             found.append(self._near_contact(self.contact_ahead, here.q, ahead.q, velocity))
@@ -160,13 +162,14 @@ class Caution:
         text = f'{self._arm.joint_names[worst]} would have to move at {abs(velocity[worst]):.2g}, beyond its limit'
         return Finding(float(shares[worst]), Code.SLOWED_VELOCITY, text)
 
-    def _at_top_acceleration(self, acceleration: np.ndarray) -> Finding:
+    def _at_top_acceleration(self, acceleration: np.ndarray, curve: float) -> Finding:
         """Limit the speed so that the joint accelerations along the line, which grow as its square, stay in limits."""
-        shares = np.sqrt(_shares(CURVE * self._limits.acceleration, acceleration))
-        worst = int(np.argmin(shares))
+        needed = np.abs(acceleration) / (curve * self._limits.acceleration)
+        worst = int(np.argmax(needed))
         text = (f'{self._arm.joint_names[worst]} would have to accelerate at {abs(acceleration[worst]):.2g}, '
                 'too near to its limit')
-        return Finding(float(shares[worst]), Code.SLOWED_ACCELERATION, text)
+        together = max(float(np.sum(needed**SMOOTHNESS)), STILL**SMOOTHNESS)
+        return Finding(together ** (-0.5 / SMOOTHNESS), Code.SLOWED_ACCELERATION, text)
 
     def _share(self, share: float, room: float, away: bool, velocity: np.ndarray) -> tuple[float, bool]:
         """Return the allowed share of the velocity (n,) for a share of the top speed and a room, and `away`."""

@@ -16,7 +16,6 @@ USUAL = 0.5  # share of its usual gap below which a pair is near
 NEARER = 1e-4  # m per rad or m of the fastest joint; a gap that shrinks less counts as constant
 DEEPER = 1e-7  # m: rounding of a depth
 CERTAIN = 1e-6  # m: allowance for the rounding of a stop and of coal
-REST = np.array([-np.inf, np.inf, 1.0, 1.0, 1.0])  # limits of a joint at rest
 
 
 class Nearing(NamedTuple):
@@ -48,8 +47,6 @@ class ContactAhead:
         self._scale = slow / np.clip(USUAL * usual, 1e-9, max(slow, 1e-9))
         self._within = margin + (1.0 + thresholds.hysteresis) * slow / np.maximum(self._scale, 1e-9)
         self._margins, self._where = np.full(contacts, self._margin), np.empty(arm.n)
-        standing = np.array([arm.home, *np.zeros((2, arm.n))])
-        self._contact(self._margins, standing, np.tile(REST[:, None], arm.n), 1.0)  # compiles, or loads from the cache
 
     def nearing(self, q: np.ndarray, ahead: np.ndarray, step: float) -> Nearing | None:
         """Return the contact that a motion from q to `ahead` (n,) approaches; `step`: [rad, m] of the fastest joint.

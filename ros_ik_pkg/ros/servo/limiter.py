@@ -206,15 +206,6 @@ class Unlimited(JerkLimiter):
         return self.position
 
 
-def compile_limiter() -> None:
-    """Compile what the limiters call, or load it from the cache."""
-    limiter = JerkLimiter(MotionLimits(*np.array([[-1.0], [1.0], [1.0], [1.0], [1.0]])), 1.0, np.zeros(1))
-    limiter.advance(Motion.rest(np.zeros(1)))
-    limiter.halt()
-    can_stop(limiter._state, limiter._limits)
-    _ = limiter.time_to_rest
-
-
 def make_limiter(smoothing: str, limits: MotionLimits, period: float, start: np.ndarray) -> JerkLimiter:
     """Return a limiter at rest; the package's own instead of Ruckig if that is not installed, as its `name` says."""
     kinds = {'none': Unlimited, 'own': JerkLimiter, 'ruckig': JerkLimiter if ruckig is None else RuckigLimiter}

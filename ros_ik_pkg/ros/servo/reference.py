@@ -19,11 +19,14 @@ class Reference:
         self.motion, self._period = start, period
         self._rate = 1.0 / max(time_constant, STEPS * period)
 
-    def follow(self, position: np.ndarray, velocity: np.ndarray) -> Motion:
-        """Return the motion over the coming period towards a goal, given by its present position and velocity (n,)."""
+    def follow(self, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray | float = 0.0) -> Motion:
+        """Return the motion over the coming period towards a goal, given by its present position and velocity (n,).
+
+        With the acceleration (n,) of the goal there is no lag behind a constant acceleration either.
+        """
         now, rate = self.motion, self._rate
         behind, slower = position - now.position, velocity - now.velocity
-        jerk = rate * (rate * (rate * behind + 3.0 * slower) - 3.0 * now.acceleration)
+        jerk = rate * (rate * (rate * behind + 3.0 * slower) + 3.0 * (acceleration - now.acceleration))
         moving = now._replace(jerk=jerk)
         self.motion = moving.after(self._period)
         return moving

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import enum
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from ros_ik_pkg.ik import Arm, SolveOptions
-from ros_ik_pkg.ros.interface.servo_settings import ServoSettings, Thresholds
+from ros_ik_pkg.ros.interface.servo_settings import LINE, ServoSettings, Thresholds
 from ros_ik_pkg.ros.servo.caution import Caution
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding
 from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
@@ -16,9 +17,10 @@ from ros_ik_pkg.ros.servo.goal_stream import GoalStream
 from ros_ik_pkg.ros.servo.limiter import JerkLimiter, Motion, MotionLimits, make_limiter
 from ros_ik_pkg.ros.servo.reference import Reference
 from ros_ik_pkg.ros.servo.straight_move import StraightMove
-from ros_ik_pkg.ros.servo.twist_follower import TwistCommand, TwistFollower
+from ros_ik_pkg.ros.servo.twist_follower import TwistCommand, TwistFollower, moved, way_between
 
 SETTLING = 0.5  # s at rest, after which a joint that is not at its command has been moved by something else
+FASTEST_POSES = np.array([2.0, 2.0, 2.0, 6.0, 6.0, 6.0])  # m/s, rad/s; from one pose of a stream to the next
 STANDING = Finding(1.0, Code.STANDING, 'stands and waits for commands')
 PAUSED = Finding(0.0, Code.PAUSED, 'paused; ~/pause lets it go on')
 
@@ -53,6 +55,7 @@ class Servo:
         self.finding, self.owner = STANDING, Owner.NOBODY
         self._thresholds, self._contact = thresholds, contact
         self._command, self._commanded = TwistCommand(np.zeros(6)), -math.inf
+        self._start = tuple(start.tolist())
         self._place(start)
         self.use(options)
         self._joint_states_heard = math.inf  # time of the last one; inf before the first
@@ -64,14 +67,20 @@ class Servo:
     def use(self, options: SolveOptions, arm: Arm | None = None) -> None:
         """Solve with other options from now on, or with another tool on the arm; the motion goes on.
 
-        With another tool the last twist ends, because its axes may have been those of the tool.
+        With another tool the last twist ends, because its axes may have been those of the tool, and so does a line to
+        a pose.
         """
         if arm is not None and not np.array_equal(arm.tip_from_tool, self.arm.tip_from_tool):
             self._commanded = -math.inf
+            if self.owner is Owner.POSE and self._straight:
+                self.drop_command()
         self.arm = arm or self.arm
+        if options.null_space == 'posture' and not options.posture:
+            options = replace(options, posture=self._start)
         caution = self._caution = Caution(self.arm, self.limits, self._thresholds, self._contact)
         self._follower = TwistFollower(
-            self.arm, self.limits, options, caution, self.period, self.settings.blocked
+            self.arm, self.limits, options, caution, self.period, self.settings.blocked,
+            (self.settings.line_speed, self.settings.line_turning),
         )  # fmt: skip
         self._begin()
 
@@ -100,6 +109,11 @@ class Servo:
         return self._limiter.name
 
     @property
+    def _straight(self) -> bool:
+        """Whether the tip goes to poses on straight lines."""
+        return self.settings.pose_motion == LINE
+
+    @property
     def at_rest(self) -> bool:
         """Whether the last command stands still."""
         return self._limiter.at_rest
@@ -118,9 +132,14 @@ class Servo:
             return PAUSED.sentence
         if self.owner is not Owner.POSE or self._stopped:
             self._take(Owner.POSE, joint_state)
-            self._goals = GoalStream(self.position, self.limits.velocity)
-        self._goals.put(q, now)
-        self._refused = None
+            start = self.arm.forward(self.position)
+            self._goals = GoalStream(self.position, self.limits.velocity) if not self._straight else GoalStream(
+                start, FASTEST_POSES, way_between, moved
+            )  # fmt: skip
+        self._goals.put(self.arm.forward(q) if self._straight else q, now)
+        self._goal, self._refused = q, None
+        if self._straight:
+            return ''
         if self._goals.alone and self.at_rest and self.smoothing != 'none':
             self._move = StraightMove(self.position, q, self.limits, self.period)
         elif self._move is not None:
@@ -185,7 +204,11 @@ class Servo:
             motion, finding = self._follower.step(self._command)
             resting = self._follower.standing and not self._command.twist.any()
             self.finding = STANDING if resting and finding.code is Code.FOLLOWING else finding
-            return self._reference.follow(motion.position, motion.velocity)
+            return self._reference.follow(*motion[:3])
+        if self.owner is Owner.POSE and self._straight:
+            motion, finding = self._follower.approach(*self._goals.at(now), self._goal)
+            self.finding = STANDING if self._follower.standing and finding.code is Code.FOLLOWING else finding
+            return self._reference.follow(*motion[:3])
         if self.owner is Owner.POSE:
             self.finding = STANDING if self._goals.reached(self.position) else FOLLOWING
             if self._move is not None:
@@ -228,7 +251,8 @@ class Servo:
         """Let the followers of commands begin at the last command."""
         motion = self._limiter.motion
         self._follower.start(motion.position, motion.velocity)
-        constant = self.settings.response_time if self.owner is Owner.POSE else 0.0
+        smoothed = self.owner is Owner.POSE and not self._straight
+        constant = self.settings.response_time if smoothed else 0.0
         self._reference = Reference(motion, self.period, constant)
         self._move: StraightMove | None = None
 

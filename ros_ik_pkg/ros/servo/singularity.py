@@ -9,6 +9,9 @@ import numpy as np
 TAKES_PART = 0.15  # of the speed of the fastest joint in the motion that hardly moves the tip
 PARALLEL = 0.25  # sine of the angle between two axes that count as parallel
 MAINLY = 0.5  # as above, for the last joint of a wrist
+STRAIGHT = 0.06  # sine of the bend of an elbow that is stretched or folded, wherever its wrist is
+BENT = 0.3  # sine of the bend of an elbow that is neither
+CROSSING = 0.01  # m from one point, at most, of axes that cross in it
 APART = 0.1  # m; shortest upper arm between two axes
 ALONG = 0.5  # cosine of the angle between the lost direction and the one that names the singularity
 OTHERWISE = 'nearly singular'
@@ -20,8 +23,8 @@ def name_singularity(
     """Return in words why an arm is nearly singular, such as 'too far: elbow is nearly stretched'.
 
     jacobian: (6, n) geometric. joint_motion: (n,) that hardly moves the tip. lost: (6,) twist that needs the fastest
-    joints. All in base axes. Wrists are recognised by their outer axes; elbows and shoulders by the lost direction,
-    along the upper arm or across the plane of the arm. Other arms are `OTHERWISE`.
+    joints. All in base axes. Wrists, and shoulders of three axes, are recognised by their outer axes; elbows and other
+    shoulders by the lost direction, along the arm or across its plane. Other arms are `OTHERWISE`.
     """
     turning = np.flatnonzero(np.linalg.norm(jacobian[3:], axis=0) > 0.5)
     names = [names[i] for i in turning]
@@ -35,18 +38,41 @@ def name_singularity(
         return f'the axes of {names[-3]} and {names[-1]} are nearly parallel'
     force = lost[:3] / max(float(np.linalg.norm(lost[:3])), 1e-12)
     for j in range(1, len(turning) - 1):
-        upper_arm = _between(points[j - 1], points[j], axes[j])
-        length = float(np.linalg.norm(upper_arm))
-        if not parallel[j - 1, j] or length < APART:
+        shoulder = points[j - 1] if parallel[j - 1, j] else _crossing(points[:j], axes[:j])
+        if shoulder is None:
             continue
-        along, across = abs(upper_arm @ force) / length, abs(axes[j] @ force)
+        upper_arm = _between(shoulder, points[j], axes[j])
+        length = float(np.linalg.norm(upper_arm))
+        if length < APART:
+            continue
+        forearm = _between(points[j], _meeting(points[j + 1 :], axes[j + 1 :]), axes[j])
+        bend = abs(float(axes[j] @ np.cross(upper_arm, forearm))) / max(length * float(np.linalg.norm(forearm)), 1e-12)
+        along, across = abs(_unit(upper_arm) @ force), abs(axes[j] @ force)
+        if not parallel[j - 1, j]:  # such an arm leans any way, and is as long as from its shoulder to its wrist
+            along, across = abs(_unit(upper_arm + forearm) @ force) * (bend < BENT), 0.0
         if max(along, across) < ALONG:
             break
-        if across > along:
+        if across > along and bend > STRAIGHT:
             return f'too near: the wrist is nearly on the axis of {names[0]}'
-        stretched = _between(points[j], _meeting(points[j + 1 :], axes[j + 1 :]), axes[j]) @ upper_arm > 0.0
+        stretched = forearm @ upper_arm > 0.0
         return f'too far: {names[j]} is nearly stretched' if stretched else f'too near: {names[j]} is nearly folded'
+    ball = len(turning) > 3 and parallel[0, 2] and not parallel[0, 1]
+    if ball and motion[0] > TAKES_PART and motion[2] > TAKES_PART:
+        return f'the axes of {names[0]} and {names[2]} are nearly parallel'
     return OTHERWISE
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / max(float(np.linalg.norm(vector)), 1e-12)
+
+
+def _crossing(points: np.ndarray, axes: np.ndarray) -> np.ndarray | None:
+    """Return the point (3,) in which three or more lines (k, 3) cross, as in a shoulder that is a ball; else None."""
+    if len(points) < 3:
+        return None
+    point = _meeting(points, axes)
+    off = np.linalg.norm(np.cross(point - points, axes), axis=1)
+    return point if off.max() < CROSSING else None
 
 
 def _between(one: np.ndarray, other: np.ndarray, axis: np.ndarray) -> np.ndarray:

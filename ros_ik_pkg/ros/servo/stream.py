@@ -19,11 +19,12 @@ from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.interface.parameters import Settings
 from ros_ik_pkg.ros.servo.codes import Code, Finding
 from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
-from ros_ik_pkg.ros.servo.limiter import Motion, compile_limiter
+from ros_ik_pkg.ros.servo.limiter import Motion
 from ros_ik_pkg.ros.servo.servo import Servo
 from ros_ik_pkg.ros.servo.twist_input import command_of
 
 LOG_PERIOD = 1.0  # s between log lines of one kind
+COMPILING = 'what a stream of commands needs is still being compiled'
 OFF = 'target_twist is not followed: command_rate is 0, so there is no stream of commands'
 Publish = Callable[[Arm, Motion, float], None]
 
@@ -41,11 +42,12 @@ class State(NamedTuple):
 class Stream:
     """Runs the servo of the node's arm, if command_rate is above 0.
 
-    publish(arm, motion, period): publishes a command, on the thread of the stream.
+    publish(arm, motion, period): publishes a command, on the thread of the stream. compiled: whether all that a stream
+    calls is compiled; until then commands are refused, so that neither the stream nor the executor waits for it.
     """
 
-    def __init__(self, node: Node, handler: TargetHandler, publish: Publish) -> None:
-        self._node, self._handler, self._publish = node, handler, publish
+    def __init__(self, node: Node, handler: TargetHandler, publish: Publish, compiled: Callable[[], bool]) -> None:
+        self._node, self._handler, self._publish, self._compiled = node, handler, publish, compiled
         self._lock = threading.Lock()  # of all below
         self._servo: Servo | None = None
         self._arm: Arm | None = None
@@ -73,8 +75,6 @@ class Stream:
         same = self._settings is not None and same_robot and _stream_of(settings) == _stream_of(self._settings)
         if not same:
             self._stop()
-        if settings.servo.command_rate > 0.0:
-            compile_limiter()
         with self._lock:
             if arm is not None and self._arm is not None and arm.name != self._arm.name:
                 self._last = {}
@@ -114,7 +114,7 @@ class Stream:
 
     def look_around(self) -> None:
         """Avoid contact in the present room; if the arm touches it in every configuration, commands are refused."""
-        if not self.on or self._arm is None:
+        if not self.on or self._arm is None or not self._compiled():
             return
         try:
             contact = self._ahead(self._arm)
@@ -177,6 +177,8 @@ class Stream:
     def _running(self, arm: Arm) -> Servo:
         """Return the servo, made at the first command: it starts at the last command, or else at the joint
         positions."""
+        if not self._compiled():
+            raise RefusedError('compiling', COMPILING)
         settings, contact = self._settings, self._ahead(arm)
         with self._lock:
             if self._servo is not None:

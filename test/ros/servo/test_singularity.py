@@ -61,7 +61,29 @@ def test_three_parallel_axes_are_no_wrist():
     assert found == f'too far: {arm.joint_names[1]} is nearly stretched'
 
 
-def test_an_arm_without_parallel_neighbours_is_nearly_singular():
+@pytest.mark.parametrize(
+    ('robot', 'q', 'elbow'),
+    [
+        ('panda', [0.3, 0.4, 0.5, -0.466, 0.3, 1.5, 0.0], 'panda_joint4'),  # its elbow is beside its upper arm
+        ('iiwa14', [0.3, 0.4, 0.5, 0.002, 0.3, 1.0, 0.0], 'iiwa_joint_4'),
+    ],
+)
+def test_a_stretched_elbow_below_a_shoulder_that_is_a_ball_is_too_far(robot, q, elbow):
+    assert name_of(robot, q) == f'too far: {elbow} is nearly stretched'
+
+
+def test_a_shoulder_that_is_a_ball_is_named_by_its_outer_axes():
+    found = name_of('iiwa14', [0.3, 0.0, np.pi / 2.0, 1.2, 0.3, 1.0, 0.0])
+    assert found == 'the axes of iiwa_joint_1 and iiwa_joint_3 are nearly parallel'
+
+
+def test_an_elbow_that_is_folded_below_the_first_axis_is_folded():
+    q2, q3 = -0.9, np.pi - 0.03
+    found = name_of('ur5', [0.4, q2, q3, above_the_first_axis(q2, q3) + 0.2, 1.3, 0.2])
+    assert found == 'too near: elbow_joint is nearly folded'
+
+
+def test_an_arm_with_a_bent_elbow_and_no_parallel_axes_is_nearly_singular():
     arm = load_arm('panda')
-    here = posture(arm, np.array([0.0, 0.4, 0.5, -0.07, 0.3, 1.0, 0.0]), np.eye(6))
+    here = posture(arm, np.array([0.0, 0.4, 0.5, -1.5, 0.3, 1.0, 0.0]), np.eye(6))
     assert name_singularity(here.jacobian, here.idle, here.lost, arm.joint_names) == OTHERWISE

@@ -212,6 +212,8 @@ def test_by_option_the_other_joints_go_on_when_one_is_blocked():
 
 
 class _NoCaution:
+    contact_ahead = None
+
     def judge(self, *_):
         return FOLLOWING
 
