@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -205,8 +206,8 @@ def test_the_program_fills_the_cache_and_a_node_starts_complete_from_it(tmp_path
     text, code = run(program, NUMBA_CACHE_DIR=str(tmp_path)).splitlines()[-2:]
     assert 'kept in' in text and code == '0'
     files = kept(tmp_path)
-    start = 'from ros_ik_pkg.ik import Compilation; c = Compilation(print); print(c.complete); c.close()'
-    assert run(start, NUMBA_CACHE_DIR=str(tmp_path)) == 'True'
+    start = 'from ros_ik_pkg.ik import Compilation as C; c = C(print); c.close(); print(c.complete, c.stream_ready)'
+    assert run(start, NUMBA_CACHE_DIR=str(tmp_path)) == 'True True'
     assert kept(tmp_path) == files
 
 
@@ -221,9 +222,27 @@ print(compilation.complete, solve(arm, arm.forward(arm.home + 0.1)).converged)
 while not compilation.complete:
     time.sleep(0.1)
 print(len(solve(arm, arm.forward(arm.home + 0.1), trace=True).trace.joint_positions) > 1)
+while not compilation.stream_ready:
+    time.sleep(0.1)
 compilation.close()
 """
     assert run(program, NUMBA_CACHE_DIR=str(tmp_path)) == 'False True\nTrue'
+
+
+def test_a_node_answers_all_targets_before_what_streams_need_is_compiled(monkeypatch):
+    monkeypatch.setattr(compilation, 'CACHE_FOLDER', None)  # no helper
+    monkeypatch.setattr(compilation, 'stream_cached', lambda: False)
+    monkeypatch.setattr(compilation, 'all_cached', lambda: True)
+    begin = threading.Event()
+    monkeypatch.setattr(compilation, 'compile_stream', lambda: begin.wait(60.0))
+    started = compilation.Compilation(lambda text: None)
+    try:
+        assert started.complete and not started.stream_ready
+        begin.set()
+        started._thread.join(60.0)
+        assert started.stream_ready
+    finally:
+        started.close()
 
 
 @pytest.mark.parametrize('cached', [True, False])

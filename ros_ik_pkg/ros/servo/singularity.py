@@ -45,7 +45,8 @@ def name_singularity(
         length = float(np.linalg.norm(upper_arm))
         if length < APART:
             continue
-        forearm = _between(points[j], _meeting(points[j + 1 :], axes[j + 1 :]), axes[j])
+        wrist = points[j + 1] if parallel[j, j + 1] else _meeting(points[j + 1 :], axes[j + 1 :])
+        forearm = _between(points[j], wrist, axes[j])
         bend = abs(float(axes[j] @ np.cross(upper_arm, forearm))) / max(length * float(np.linalg.norm(forearm)), 1e-12)
         along, across = abs(_unit(upper_arm) @ force), abs(axes[j] @ force)
         if not parallel[j - 1, j]:  # such an arm leans any way, and is as long as from its shoulder to its wrist
