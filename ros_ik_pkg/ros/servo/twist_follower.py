@@ -17,7 +17,7 @@ from ros_ik_pkg.ik import Arm, NotCompiledError, SolveOptions, Status, solve
 from ros_ik_pkg.ik.motion.jerk_limited import advance
 from ros_ik_pkg.ros.handling.final_check import fault_of, fault_of_command
 from ros_ik_pkg.ros.interface.servo_settings import GO_ON, STOP
-from ros_ik_pkg.ros.servo.caution import JOINTS_TOO_FAST, TOP_SPEED, UNNOTICED, Caution, Posture, posture
+from ros_ik_pkg.ros.servo.caution import JOINTS_TOO_FAST, UNNOTICED, Caution, Posture, posture
 from ros_ik_pkg.ros.servo.codes import FOLLOWING, Code, Finding
 from ros_ik_pkg.ros.servo.damped import QUICKEST, fade
 from ros_ik_pkg.ros.servo.limiter import Motion, MotionLimits
@@ -28,6 +28,7 @@ STILL = 1e-6  # rad/s, m/s: speed at which a motion has ended
 SHARE = 0.5  # of acceleration and jerk for a change of the twist; the rest is for the curves of the joints
 GENTLE = 0.4  # as above, on a line to a pose, whose joints may reach their top speed
 MOST_HELD_BACK = 0.7  # allowed share of the twist below which the twist itself is reduced
+GENTLE_SPEED = 0.5  # of the velocity limits, on such a line
 GENTLE_CURVE = 0.2  # of acceleration, for the curve of such a line: the jerk of the curve grows as its power of 1.5
 GENTLENESS = 6.0  # power of the mean that approximates the smaller of two speeds without a kink
 STANDSTILL = 0.005  # share of the commanded twist below which the arm counts as halted
@@ -210,7 +211,8 @@ class TwistFollower:
         aside, change = self._fade(self._twist - along * away, self._change - quicker * away, joints_from_twist)
         self._twist = state[1, 0] / length * away + aside
         self._change = state[2, 0] / length * away + change
-        return min(speed, TOP_SPEED * float(np.min(self._limits.velocity / np.maximum(reach, STILL)))) / length * away
+        fastest = GENTLE_SPEED * float(np.min(self._limits.velocity / np.maximum(reach, STILL)))
+        return min(speed, fastest) / length * away
 
     def _catch_up(self, away: np.ndarray, twist: np.ndarray, joints_from_twist: np.ndarray) -> None:
         """Change each component of the twist by itself, to end with `twist` where `away` (6,) leads."""
@@ -229,7 +231,7 @@ class TwistFollower:
         """
         reach = np.maximum(reach, STILL)
         most = [part * float(np.min(limit / reach)) for part, limit in (
-            (TOP_SPEED, self._limits.velocity), (share, self._limits.acceleration), (share, self._limits.jerk)
+            (GENTLE_SPEED, self._limits.velocity), (share, self._limits.acceleration), (share, self._limits.jerk)
         )]  # fmt: skip
         state = np.array(state)
         bounds = np.array([-math.inf, math.inf, min(most[0], speed), *most[1:]])
