@@ -14,7 +14,7 @@ import numpy as np
 from bench.peer_closed_forms import make_eaik, make_ssik
 from bench.solver import Model, UnsupportedError
 
-MOST = 64
+MOST = 256
 EXACT = 1e-6  # largest component of the difference of two poses
 
 
