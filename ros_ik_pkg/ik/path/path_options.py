@@ -1,4 +1,4 @@
-"""Every tunable of a path, declared once: default, range, unit and text."""
+"""The options of a path, each declared once: default, range, unit and text."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ros_ik_pkg.ik.text import suggest
 
 @dataclass(frozen=True)
 class PathOptions:
-    """Options of one path; every value is checked when the object is made.
+    """Options of one path, checked when the object is made.
 
-    Raises OptionError that names the option, the value got and what is allowed.
+    Raises OptionError that names the option, its value and the allowed range.
     """
 
     step: float = option(
@@ -56,7 +56,7 @@ class PathOptions:
     )
 
     def __new__(cls, *_: Any, **values: Any) -> PathOptions:
-        """Refuse a name that is none of these with those that come close."""
+        """Refuse an unknown name, and suggest similar ones."""
         names = [spec.name for spec in PATH_OPTIONS]
         for name in values:
             if name not in names:
