@@ -16,7 +16,7 @@ from tqdm import tqdm
 from bench.cases import KINDS
 from bench.iteration import ITERATION_HEAD, iteration_rows
 from bench.lifts import LIFT_HEAD, lift_rows
-from bench.paths import OPTIMUM_HEAD, SPEED_HEAD, optimum_rows, speed_rows
+from bench.paths import LONG_HEAD, OPTIMUM_HEAD, SPEED_HEAD, long_rows, optimum_rows, speed_rows
 from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
@@ -187,6 +187,8 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         text = ('Reconfigurations beside the fewest of dynamic programming over all branches of EAIK, and over the '
                 'samples of ssik; numbers of paths, and the time of these solutions alone as a multiple of ours.')
         report.add('Paths: the optimum', text, [OPTIMUM_HEAD, *optimum_rows(max(1, arguments.count // 5))])
+        text = 'A path in the shape of the demo of IKLink, which no branch leads along whole.'
+        report.add('Paths: reconfigurations', text, [LONG_HEAD, *long_rows()])
         from bench.path_peers import PEERS_HEAD, peer_rows
 
         rows, notes = peer_rows(arguments.robots, max(1, arguments.count // 100))
