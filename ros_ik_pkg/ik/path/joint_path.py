@@ -79,7 +79,7 @@ def _find_best_route(problem: Problem) -> Route:
         return replace(route, late=True)
     second = replace(problem, thorough=True, progress=lambda _: problem.report(0))
     thorough, _ = _search(second, DENSER * most if problem.spare else most)
-    return max(route, thorough, key=lambda found: (found.reached, -len(found.jumps)))
+    return max(thorough, route, key=lambda found: (found.reached, -len(found.jumps)))
 
 
 def _search(problem: Problem, most: int) -> tuple[Route, bool]:
