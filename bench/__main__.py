@@ -16,7 +16,7 @@ from tqdm import tqdm
 from bench.cases import KINDS
 from bench.iteration import ITERATION_HEAD, iteration_rows
 from bench.lifts import LIFT_HEAD, lift_rows
-from bench.paths import OPTIMUM_HEAD, SPEED_HEAD, optimum_rows, speed_rows
+from bench.paths import LONG_HEAD, OPTIMUM_HEAD, SPEED_HEAD, long_rows, optimum_rows, speed_rows
 from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
@@ -26,7 +26,22 @@ from bench.tips import TIPS_HEAD, tip_rows
 from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, load_arm, warm_up
 
 ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
-SECTIONS = ('peers', 'iteration', 'path', 'lifts', 'tips', 'ros')
+SECTIONS = {
+    'peers': 'also other solvers, in an environment of their own',
+    'iteration': 'one iteration of each method, and forward kinematics',
+    'path': 'whole paths: reconfigurations beside the fewest possible, and beside other solvers; times',
+    'lifts': 'arms on a base, rail or lift',
+    'tips': 'two arms of one robot',
+    'ros': 'the node: round trip, start, services',
+}
+CHECKS = {
+    'check': 'solve N random targets, check every solution by Pinocchio',
+    'zoo': 'solve N poses of every chain of every installed URDF',
+    'collision': 'solve N targets clear of contact in each room, judged by coal',
+    'check-paths': 'follow N random paths, check every motion by SciPy, Pinocchio and coal',
+    'servo': 'drive an arm into trouble N times; the lines of the tip; what a command costs',
+    'reach': 'judge reach maps of two arms by N random poses each',
+}
 
 
 def main() -> int:
@@ -61,21 +76,18 @@ def main() -> int:
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser; scripts/bench documents the options."""
-    parser = argparse.ArgumentParser(prog='bench')
-    parser.add_argument('--robots', nargs='+', default=ROBOTS)
-    parser.add_argument('--count', type=_positive, default=1000)
-    parser.add_argument('--cases', nargs='+', choices=KINDS, default=KINDS)
-    parser.add_argument('--methods', nargs='+', choices=METHODS, default=METHODS)
-    parser.add_argument('--set', nargs='+', type=_setting, default=[], metavar='NAME=VALUE')
-    for flag in (*SECTIONS, 'all'):
-        parser.add_argument(f'--{flag}', action='store_true')
-    parser.add_argument('--check', type=_positive, metavar='N')
-    parser.add_argument('--zoo', type=_positive, metavar='N')
-    parser.add_argument('--collision', type=_positive, metavar='N')
-    parser.add_argument('--check-paths', type=_positive, metavar='N')
-    parser.add_argument('--servo', type=_positive, metavar='N')
-    parser.add_argument('--reach', type=_positive, metavar='N')
-    parser.add_argument('--output', type=Path)
+    parser = argparse.ArgumentParser(prog='bench', description='Measure, or check random solutions; see scripts/bench.')
+    parser.add_argument('--robots', nargs='+', default=ROBOTS, help='by name or file (default: %(default)s)')
+    parser.add_argument('--count', type=_positive, default=1000, help='poses of each kind (default: %(default)s)')
+    parser.add_argument('--cases', nargs='+', choices=KINDS, default=KINDS, help='kinds of poses (default: all)')
+    parser.add_argument('--methods', nargs='+', choices=METHODS, default=METHODS, help='of Jacobian (default: all)')
+    parser.add_argument('--set', nargs='+', type=_setting, default=[], metavar='NAME=VALUE', help='solver options')
+    for flag, text in SECTIONS.items():
+        parser.add_argument(f'--{flag}', action='store_true', help=text)
+    parser.add_argument('--all', action='store_true', help='all of these')
+    for flag, text in CHECKS.items():
+        parser.add_argument(f'--{flag}', type=_positive, metavar='N', help=text)
+    parser.add_argument('--output', type=Path, help='file for the report, its plot beside it')
     return parser
 
 
@@ -172,8 +184,11 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
         text = 'Compiled, no Python in between, time that the core was busy.'
         report.add('One iteration', text, [ITERATION_HEAD, *rows])
     if arguments.path:
-        text = 'Reconfigurations beside the fewest over all branches of EAIK; numbers of paths.'
-        report.add('Paths: the optimum', text, [OPTIMUM_HEAD, *optimum_rows(max(1, arguments.count // 20))])
+        text = ('Reconfigurations beside the fewest of dynamic programming over all branches of EAIK, and over the '
+                'samples of ssik; numbers of paths, and the time of these solutions alone as a multiple of ours.')
+        report.add('Paths: the optimum', text, [OPTIMUM_HEAD, *optimum_rows(max(1, arguments.count // 5))])
+        text = 'A path in the shape of the demo of IKLink, which no branch leads along whole.'
+        report.add('Paths: reconfigurations', text, [LONG_HEAD, *long_rows()])
         from bench.path_peers import PEERS_HEAD, peer_rows
 
         rows, notes = peer_rows(arguments.robots, max(1, arguments.count // 100))

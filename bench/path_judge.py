@@ -92,23 +92,18 @@ def _edges(
     arm: Arm, poses: np.ndarray, branches: list[np.ndarray], tolerance: float, angle: float
 ) -> list[list[tuple[int, int, np.ndarray, float]]]:
     """Return for each pair of poses the edges: branches, whole turns, length; the middle by Pinocchio on the line."""
-    keys, middles = [], []
-    wraps = arm.wraps != 0
-    for k in range(len(poses) - 1):
-        for a, p in enumerate(branches[k]):
-            for b, q in enumerate(branches[k + 1]):
-                whole = np.where(wraps, np.round((q - p) / TURN), 0.0)
-                step = q - p - TURN * whole
-                if np.abs(step).max() <= LONGEST_STEP:
-                    keys.append((k, a, b, whole.astype(int), float(np.linalg.norm(step))))
-                    middles.append(p + 0.5 * step)
-    out: list[list[tuple[int, int, np.ndarray, float]]] = [[] for _ in poses[1:]]
-    if not keys:
-        return out
-    targets = finer(poses, 2)[1::2][[key[0] for key in keys]]
-    position, orientation = Judge(arm).errors(targets, np.array(middles))
+    found, targets = [], finer(poses, 2)[1::2]
+    for p, q in itertools.pairwise(branches):
+        step = q[None] - p[:, None]
+        whole = np.where(arm.wraps != 0, np.round(step / TURN), 0.0)
+        step -= TURN * whole
+        a, b = np.nonzero((np.abs(step) <= LONGEST_STEP).all(axis=2))
+        found.append((a, b, whole[a, b].astype(int), step[a, b], p[a] + 0.5 * step[a, b]))
+    of = np.repeat(np.arange(len(found)), [len(a) for a, *_ in found])
+    position, orientation = Judge(arm).errors(targets[of], np.concatenate([middles for *_, middles in found]))
     good = (np.linalg.norm(position, axis=1) <= tolerance) & (np.linalg.norm(orientation, axis=1) <= angle)
-    for key in np.flatnonzero(good):
-        k, a, b, whole, step = keys[key]
-        out[k].append((a, b, whole, step))
+    out = []
+    for k, (a, b, whole, step, _) in enumerate(found):
+        on_line = good[of == k]
+        out.append(list(zip(a[on_line], b[on_line], whole[on_line], np.linalg.norm(step[on_line], axis=1))))
     return out

@@ -1,4 +1,4 @@
-"""Whole paths beside what users do today: pose after pose from the answer before, and ssik with dynamic programming."""
+"""Whole paths beside other ways: pose after pose from the previous solution, and dynamic programming over ssik."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ def peer_rows(robots: tuple[str, ...], count: int, poses: int = 500) -> tuple[li
             began = time.thread_time()
             ours.append(solve_path(arm, path, path=OPTIONS))
             seconds.append(time.thread_time() - began)
-        rows.append(row_of(name, 'solve_path', [solution.q for solution in ours], seconds))
+        jumps = sum(len(solution.reconfigurations) for solution in ours)
+        rows.append(row_of(name, 'solve_path', [solution.q for solution in ours], seconds, jumps))
         with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
             model = make_model(arm, name, Path(folder))
             for library, options in FOLLOWERS.items():
@@ -67,11 +68,14 @@ def followable_paths(arm: Arm, count: int, poses: int) -> list[np.ndarray]:
     return paths
 
 
-def row_of(name: str, title: str, motions: list[np.ndarray], seconds: list[float]) -> tuple[str, ...]:
-    """Return the figures of one way to follow the paths; a pose that is missed is stepped over."""
+def row_of(
+    name: str, title: str, motions: list[np.ndarray], seconds: list[float], jumps: int | None = None
+) -> tuple[str, ...]:
+    """Return the figures of one way to follow the paths; a missed pose is skipped. `jumps`: if they are known."""
     missed = sum(int(np.isnan(q[:, 0]).sum()) for q in motions)
     steps = [np.abs(np.diff(q[~np.isnan(q[:, 0])], axis=0)).max(axis=1, initial=0.0) for q in motions]
-    jumps = sum(int((step > JUMP).sum()) for step in steps)
+    if jumps is None:
+        jumps = sum(int((step > JUMP).sum()) for step in steps)
     largest = max(float(step.max(initial=0.0)) for step in steps)
     counts = str(len(motions)), str(missed), str(jumps)
     return name, title, *counts, f'{largest:.2f}', f'{1e3 * float(np.median(seconds)):.1f}'

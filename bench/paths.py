@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
 from bench.cases import bounds
@@ -14,14 +16,27 @@ from bench.path_judge import closed_form_branches, finer, judge_path
 from bench.peers import make_environment
 from ros_ik_pkg.ik import Arm, PathOptions, SolveOptions, load_arm, solve, solve_path
 
-OPTIMUM_HEAD = ('arm', 'paths', 'poses', 'same count', 'fewer', 'more', 'longer by 1 %', 'reached less far')
+OPTIMUM_HEAD = ('arm', 'beside', 'paths', 'poses', 'same count', 'fewer', 'more', 'longer by 1 %', 'reached further',
+                'reached less far', 'their time')  # fmt: skip
+LONG_HEAD = ('arm', 'poses', 'samples', 'reconfigurations', 'at poses', 'joints travel [rad]', 'whole [ms]')
 SPEED_HEAD = ('arm', 'poses', 'whole [ms]', 'per pose [us]', 'greedy nearest [ms]')
-FINER = (4, 16)  # how much finer the judge samples; the second if it disagrees, for it cuts corners at singularities
+# What the judge takes solutions from: EAIK has all of a six-joint arm, ssik samples those of a redundant one.
+JUDGED_BY = {'ur5': 'eaik', 'puma560': 'eaik', 'panda': 'ssik', 'iiwa14': 'ssik'}
+# How much finer than the path the judge samples, which cuts corners at singularities: the next if it disagrees.
+FINER = {'eaik': (4, 16), 'ssik': (1,)}
+PATHS = {'eaik': 1.0, 'ssik': 0.2}  # share of the paths asked for
 SEED = 5
 COUNTS = (100, 1000, 10000)
 RUNS = 3
+# Places and quaternions (x, y, z, w) of a path round a Panda, the shape of the demo of IKLink (arXiv 2402.16154).
+LONG_PATH = (
+    (-0.62, -0.31, 0.54, 0.58, -0.38, 0.39, 0.60), (-0.42, 0.00, 0.55, 0.85, -0.10, 0.20, 0.48),
+    (-0.21, 0.27, 0.66, 0.82, 0.31, 0.16, 0.46), (-0.05, 0.18, 0.94, 0.11, 0.68, 0.35, 0.63),
+    (0.12, -0.11, 1.07, -0.38, 0.73, -0.53, 0.22), (0.40, -0.16, 0.91, -0.25, 0.49, -0.73, -0.41),
+    (0.50, -0.17, 0.61, 0.30, 0.80, -0.49, -0.19), (0.34, -0.48, 0.60, 0.66, 0.56, -0.24, -0.43),
+)  # fmt: skip
+LONG_COUNT = 767
 AS_GIVEN = {'step': 10.0, 'angle_step': 3.0, 'deadline': 0.0}  # no samples between the poses
-ARMS_OF_CLOSED_FORM = ('ur5', 'puma560')
 
 
 def random_path(arm: Arm, random: np.random.Generator, count: int) -> np.ndarray:
@@ -51,39 +66,74 @@ def random_path(arm: Arm, random: np.random.Generator, count: int) -> np.ndarray
     return poses
 
 
-def optimum_rows(count: int, poses: int = 200) -> list[tuple[str, ...]]:
-    """Compare `count` random paths for each arm with dynamic programming over all branches of EAIK."""
-    python, faults = make_environment()
-    if 'eaik' in faults:
-        return [('EAIK', faults['eaik'])]
-    rows = []
-    for name in ARMS_OF_CLOSED_FORM:
-        arm, random = load_arm(name), np.random.default_rng(SEED)
-        same = fewer = more = longer = nearer = 0
-        for _ in tqdm(range(count), desc=name, leave=False):
-            path = random_path(arm, random, poses)
-            ours = solve_path(arm, path, path=PathOptions(max_reconfigurations=100, **AS_GIVEN))
-            reached = poses if ours.complete else round(ours.breaks[0].place)
-            for times in FINER:
-                fine = finer(path, times)
-                branches, _ = closed_form_branches(python, 'eaik', arm, fine)
-                fewest, least = judge_path(arm, fine, branches, PathOptions().tolerance, PathOptions().angle_tolerance)
-                fewest = fewest[::times]  # of the poses given
-                least = least[::times]
-                known = fewest[reached - 1] if 0 < reached <= len(fewest) else None
-                if len(fewest) == reached and known == len(ours.reconfigurations):
-                    break
-            nearer += int(reached < len(fewest))
-            if reached == 0 or known is None:
-                fewer += reached > len(fewest)
-                same += reached == len(fewest)
-                continue
-            gap = len(ours.reconfigurations) - int(known)
-            same, fewer, more = same + (gap == 0), fewer + (gap < 0), more + (gap > 0)
-            longer += bool(known == 0 and ours.length > 1.01 * least[reached - 1])
-        figures = count, poses, same, fewer, more, longer, nearer
-        rows.append((name, *map(str, figures)))
+def long_path() -> np.ndarray:
+    """Return the path through LONG_PATH, (LONG_COUNT, 4, 4); no branch of a Panda leads along all of it."""
+    rows = CubicSpline(np.arange(len(LONG_PATH)), LONG_PATH)(np.linspace(0.0, len(LONG_PATH) - 1.0, LONG_COUNT))
+    poses = np.tile(np.eye(4), (LONG_COUNT, 1, 1))
+    poses[:, :3, :3] = Rotation.from_quat(rows[:, 3:]).as_matrix()
+    poses[:, :3, 3] = rows[:, :3]
+    return poses
+
+
+def long_rows() -> list[tuple[str, ...]]:
+    """Count the reconfigurations along long_path by default and with more samples, which find fewer if there are any
+    fewer; time by the time that the core was busy, the median of RUNS."""
+    arm, poses, rows = load_arm('panda'), long_path(), []
+    for samples in (PathOptions().samples, 256, 1000):
+        path, seconds = PathOptions(max_reconfigurations=100, samples=samples, **AS_GIVEN), []
+        for _ in range(RUNS):
+            began = time.thread_time()
+            solution = solve_path(arm, poses, path=path)
+            seconds.append(time.thread_time() - began)
+        places = ' '.join(f'{solution.place[row]:.0f}' for row in solution.reconfigurations)
+        rows.append(('panda', str(LONG_COUNT), str(samples), str(len(solution.reconfigurations)), places,
+                     f'{solution.length:.1f}', f'{1e3 * float(np.median(seconds)):.0f}'))  # fmt: skip
     return rows
+
+
+def optimum_rows(count: int, poses: int = 500) -> list[tuple[str, ...]]:
+    """Compare `count` random paths for each arm with dynamic programming over solutions of other libraries."""
+    python, faults = make_environment()
+    rows = []
+    for name, library in JUDGED_BY.items():
+        if library in faults:
+            rows.append((name, library, faults[library], *[''] * (len(OPTIMUM_HEAD) - 3)))
+            continue
+        arm, random, paths = load_arm(name), np.random.default_rng(SEED), max(1, int(PATHS[library] * count))
+        found = [compare(arm, random_path(arm, random, poses), library, python)
+                 for _ in tqdm(range(paths), desc=name, leave=False)]  # fmt: skip
+        gaps = np.array([gap for gap, *_ in found])
+        further = np.array([reached for _, reached, *_ in found])
+        figures = [(gaps == 0).sum(), (gaps < 0).sum(), (gaps > 0).sum(), sum(longer for *_, longer, _ in found),
+                   (further > 0).sum(), (further < 0).sum()]  # fmt: skip
+        ratio = np.median([seconds for *_, seconds in found])
+        rows.append((name, library, str(paths), str(poses), *map(str, figures), f'{ratio:.0f} x'))
+    return rows
+
+
+def compare(arm: Arm, path: np.ndarray, library: str, python: str) -> tuple[int, int, bool, float]:
+    """Return how many reconfigurations more than the judge solve_path needs as far as both go, how many poses more it
+    reaches, whether its joints move 1 % further on a path without reconfigurations, and the ratio of times."""
+    began = time.thread_time()
+    ours = solve_path(arm, path, path=PathOptions(max_reconfigurations=100, **AS_GIVEN))
+    elapsed = time.thread_time() - began
+    reached = len(path) if ours.complete else round(ours.breaks[0].place)
+    gap, both, longer, seconds = 0, 0, False, 0.0
+    for times in FINER[library]:
+        fine = finer(path, times)
+        branches, seconds = closed_form_branches(python, library, arm, fine)
+        fewest, least = judge_path(arm, fine, branches, PathOptions().tolerance, PathOptions().angle_tolerance)
+        fewest, least = fewest[::times], least[::times]  # of the poses given
+        both = min(reached, len(fewest))
+        if both:
+            mine = sum(ours.place[row] < both - 1 for row in ours.reconfigurations)
+            gap = mine - int(fewest[both - 1])
+            rows = ours.q[ours.place <= both - 1]
+            length = float(np.linalg.norm(np.diff(rows, axis=0), axis=1).sum())
+            longer = mine == fewest[both - 1] == 0 and length > 1.01 * least[both - 1]
+        if gap == 0 and reached == len(fewest):
+            break
+    return gap, reached - len(fewest), longer, seconds / elapsed
 
 
 def speed_rows(robots: Sequence[str]) -> list[tuple[str, ...]]:

@@ -10,6 +10,7 @@ import pytest
 from bench.collision import add_room
 from bench.judge import Judge
 from bench.path_check import violation
+from bench.paths import AS_GIVEN, long_path
 from bench.published_robots import UR5, UrdfJudge, moving_pairs
 from ros_ik_pkg.ik import Obstacle, PathOptions, SolveOptions, World, load_arm, solve_path
 from ros_ik_pkg.ik.model.transforms import transform
@@ -51,3 +52,10 @@ def test_each_fault_is_found(found):
     assert 'off its line' in fault(replace(motion, base_from_tip=poses))
     middle = transform(np.eye(3), motion.base_from_tip[len(motion.q) // 2][:3, 3])
     assert 'contact' in fault(motion, obstacles=(Obstacle('box', 'box', (0.15, 0.15, 0.15), middle),))
+
+
+def test_the_long_path_takes_a_panda_one_reconfiguration():
+    solution = solve_path(load_arm('panda'), long_path(), path=PathOptions(max_reconfigurations=9, **AS_GIVEN))
+    assert solution.complete and len(solution.reconfigurations) == 1
+    broken = solve_path(load_arm('panda'), long_path(), path=PathOptions(**AS_GIVEN))
+    assert not broken.complete

@@ -1,4 +1,4 @@
-"""Why a path cannot be followed beyond a sample."""
+"""Where and why a path breaks."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ros_ik_pkg.ik.solver import solve
 from ros_ik_pkg.ik.text import list_names
 
 NEARLY_SINGULAR = 0.02  # smallest singular value of the Jacobian
-FAR = 1.0  # rad or m of one joint: further than that is another branch
+FAR = 1.0  # rad or m: a longer step of a joint leads to another branch
 
 
 def find_break(problem: Problem, path: JointPath) -> PathBreak:
-    """Return where and why a path that is not complete breaks: before sample `path.reached`."""
+    """Return where and why an incomplete path breaks, which is before sample `path.reached`."""
     k = path.reached
     place = float(problem.samples.place[k])
     pose = problem.samples.poses[k]
@@ -64,11 +64,11 @@ def find_break(problem: Problem, path: JointPath) -> PathBreak:
 
 
 def name_place(place: float) -> str:
-    """Return 'pose 3', or 'the way from pose 3 to 4'."""
+    """Return 'pose 3' or 'the way from pose 3 to 4'."""
     return f'pose {place:.0f}' if place == int(place) else f'the way from pose {int(place)} to {int(place) + 1}'
 
 
 def _beyond(problem: Problem, q: np.ndarray) -> str:
-    """Name the joints that are outside their limits."""
+    """Return a phrase that names the joints outside their limits, or nothing."""
     outside = (q < problem.arm.lower) | (q > problem.arm.upper)
     return f': {list_names(np.array(problem.arm.joint_names)[outside])} beyond it' if outside.any() else ''

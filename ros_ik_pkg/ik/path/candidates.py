@@ -1,8 +1,8 @@
-"""Candidates of every pose of a path: solutions that continue those of the poses beside it, and newly found ones.
+"""Candidates of every pose of a path: solutions continued from the neighbouring poses, and newly found ones.
 
-A solution is continued to the next pose by one descent from it, so a branch costs a descent of two or three steps at
-each pose. What no neighbour leads to is found by a search for all solutions, at every few poses and where a branch
-was lost, and is then continued backwards too.
+One descent from a solution continues it to the next pose, so a branch costs two or three iterations at each pose. A
+search for all solutions, at regular intervals and where a branch is lost, finds branches that begin; they are
+continued backwards too.
 """
 
 from __future__ import annotations
@@ -20,32 +20,33 @@ from ros_ik_pkg.ik.search.solutions import same_solution
 from ros_ik_pkg.ik.step.limits import TURN
 
 SEARCH_EVERY = 50  # poses between two searches for all solutions
-SEARCH_AGAIN = 5  # poses between two searches because branches were lost
+SEARCH_AGAIN = 5  # least poses between two searches if branches are lost
 
 
 @compiled
-def find_candidates(model, continuing, searching, poses, seed, first, stop, candidates, counts, since):
-    """Write the candidates of poses `first` to `stop` - 1, those of pose `first` - 1 being there.
+def find_candidates(model, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since):
+    """Write the candidates of poses `first` to `stop` - 1; those of pose `first` - 1 are known.
 
     Parameters
     ----------
-    model : packed arm; joints that may turn round have no limits in it, so that branches do not end at them
+    model : packed arm; joints that may turn a whole turn have no limits in it, so that branches do not end there
     continuing, searching : SolveOptions.numbers of a single descent, and of a search for all solutions
     poses : (4 N, 4) poses of the tip in the base frame
     seed : (n,) where the search at the first pose starts
+    spacing : how far the candidates of a pose are apart, in the joint that differs most [rad or m]; 0 for all solutions
     candidates : (N, m, n) out
-    counts : (N,) int64 out, how many there are of each pose
+    counts : (N,) int64 out, number of candidates of each pose
     since : (1,) int64, poses since the last search for all solutions; kept between calls
 
     """
     m, n = candidates.shape[1:]
     size = memory_size(model, m)
     memory = np.empty(size + n + n + WIDTH + m * n)
-    _find(model, continuing, searching, poses, seed, first, stop, candidates, counts, since, memory, size)
+    _find(model, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since, memory, size)
 
 
 @kernel
-def _find(model, continuing, searching, poses, seed, first, stop, candidates, counts, since, memory, size):
+def _find(model, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since, memory, size):
     """Implement `find_candidates`."""
     geometry, _, _ = unpack_model(model)
     m, n = candidates.shape[1:]
@@ -54,40 +55,44 @@ def _find(model, continuing, searching, poses, seed, first, stop, candidates, co
     out = shaped(memory, size + n, (1, n + WIDTH))
     answers, nothing = shaped(memory, size + 2 * n + WIDTH, (m, n)), shaped(memory, 0, (0, 0))
     for k in range(first, stop):
-        pose, count, before = shaped(poses, 16 * k, (4, 4)), 0, 0
+        pose, count, before, lost = shaped(poses, 16 * k, (4, 4)), 0, 0, False
         if k > 0:
             before = counts[k - 1]
             for c in range(before):
                 assign(start, candidates[k - 1, c])
                 solve_rows(model, continuing, pose, start, start, out, nothing, nothing, nothing, rest)
                 if out[0, n + STATUS] == 0.0:
-                    count = add(geometry, out, candidates[k], count)
+                    count = add(geometry, out, candidates[k], count, spacing)
+                else:
+                    lost = True
         since[0] += 1
-        lost = count < before and (count == 0 or since[0] >= SEARCH_AGAIN)
-        if k == 0 or since[0] >= SEARCH_EVERY or lost:
+        again = lost and (count == 0 or since[0] >= SEARCH_AGAIN)
+        if k == 0 or since[0] >= SEARCH_EVERY or again:
             since[0] = 0
             assign(start, seed if k == 0 or before == 0 else candidates[k - 1, 0])
             solve_rows(model, searching, pose, start, start, out, answers, nothing, nothing, rest)
             known = count
             for a in range(int(out[0, n + FOUND])):
                 assign(out[0], answers[a])
-                count = add(geometry, out, candidates[k], count)
+                count = add(geometry, out, candidates[k], count, spacing)
             counts[k] = count
             for c in range(known, count):
-                continue_backwards(model, geometry, continuing, poses, k, c, candidates, counts, start, out, rest)
+                continue_backwards(
+                    model, geometry, continuing, poses, k, c, spacing, candidates, counts, start, out, rest
+                )
         counts[k] = count
 
 
 @kernel
-def continue_backwards(model, geometry, continuing, poses, k, c, candidates, counts, start, out, rest):
-    """Continue candidate c of pose k to the poses before it, as far as it is a new one there."""
+def continue_backwards(model, geometry, continuing, poses, k, c, spacing, candidates, counts, start, out, rest):
+    """Continue candidate c of pose k to the poses before it, until it meets a known candidate or ends."""
     n, nothing = len(start), shaped(rest, 0, (0, 0))
     assign(start, candidates[k, c])
     for i in range(k - 1, -1, -1):
         solve_rows(model, continuing, shaped(poses, 16 * i, (4, 4)), start, start, out, nothing, nothing, nothing, rest)
         if out[0, n + STATUS] != 0.0:
             return
-        count = add(geometry, out, candidates[i], counts[i])
+        count = add(geometry, out, candidates[i], counts[i], spacing)
         if count == counts[i]:
             return
         counts[i] = count
@@ -96,21 +101,33 @@ def continue_backwards(model, geometry, continuing, poses, k, c, candidates, cou
 
 
 @kernel
-def add(geometry, out, candidates, count):
-    """Append the solution in out[0] unless it is there already or there is no room; return how many there are."""
+def add(geometry, out, candidates, count, spacing):
+    """Append the solution in out[0] unless it is known or there is no room; return the new number of candidates."""
     q = out[0, : candidates.shape[1]]
     if count == len(candidates):
         return count
     for c in range(count):
-        if same_solution(geometry, q, candidates[c]):
+        if same_solution(geometry, q, candidates[c]) or is_near(geometry, q, candidates[c], spacing):
             return count
     assign(candidates[count], q)
     return count + 1
 
 
+@kernel
+def is_near(geometry, q, other, spacing):
+    """Return whether no joint is `spacing` or more apart, not counting whole turns."""
+    for j in range(len(q)):
+        step = abs(q[j] - other[j])
+        if geometry.wraps[j]:
+            step -= TURN * math.floor(step / TURN + 0.5)
+        if abs(step) >= spacing:
+            return False
+    return True
+
+
 @compiled
 def normalise(candidates, counts, lower, upper, wraps):
-    """Turn joints that may turn round: to less than a turn above the lower limit, to [-pi, pi) without limits."""
+    """Bring joints that may turn a whole turn to within a turn above the lower limit, without limits to [-pi, pi)."""
     for k in range(len(counts)):
         for c in range(counts[k]):
             for j in range(len(lower)):

@@ -1,4 +1,4 @@
-"""What a joint path is worth at each pose and between: errors of the tip, distance from singularities: compiled."""
+"""Errors of the tip along a joint path and its distance from singularities; compiled."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ros_ik_pkg.ik.kinematics.task import look, look_at_error, make_task
 from ros_ik_pkg.ik.path.edges import pose_between
 from ros_ik_pkg.ik.path.timing import quintic
 
-PLACES = 8  # parts of an interval at whose ends the tip is compared with its line
-NEAREST_STEPS = 3  # corrections of the place on the line that is nearest the tip
+PLACES = 8  # parts of an interval; the tip is compared with its line at their ends
+NEAREST_STEPS = 3  # iterations for the place on the line that is nearest to the tip
 
 
 @compiled
 def pose_figures(model, numbers, poses, q):
-    """Return (N, 3): position error [m], orientation error [rad] and the task's sigma_min at each row of q (N, n)."""
+    """Return position error [m], orientation error [rad] and the task's sigma_min at each row of q (N, n): (N, 3)."""
     out = np.empty((len(q), 3))
     _pose_figures(model, numbers, poses, q, out, np.empty(3 + buffer_size(model)))
     return out
@@ -44,7 +44,7 @@ def _pose_figures(model, numbers, poses, q, out, memory):
 
 @compiled
 def line_errors(model, numbers, poses, turns, q, durations, v, a):
-    """Return (N - 1, 2): how far the tip is from its line in each interval of the motion at most [m, rad]."""
+    """Return the largest distance of the tip from its line in each interval of the motion, (N - 1, 2) [m, rad]."""
     out = np.zeros((len(durations), 2))
     n = q.shape[1]
     _line_errors(model, numbers, poses, turns, q, durations, v, a, out, np.empty(3 + buffer_size(model) + 16 + n))
@@ -53,8 +53,8 @@ def line_errors(model, numbers, poses, turns, q, durations, v, a):
 
 @kernel
 def _line_errors(model, numbers, poses, turns, q, durations, v, a, out, memory):
-    """Do what line_errors says: the tip is compared with the place on its line that is nearest to it; if the task
-    leaves its position free, with the place that the joints have come to."""
+    """Implement `line_errors`: the tip is compared with the nearest place on its line; if the task leaves its position
+    free, with the place at the same share of the joint step."""
     geometry, _, _ = unpack_model(model)
     n, size = q.shape[1], buffer_size(model)
     integers, buffer = shaped(memory, 0, (3,)).view(np.int64), shaped(memory, 3, (size,))

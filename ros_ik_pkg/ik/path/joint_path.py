@@ -1,4 +1,4 @@
-"""From samples of a path to joint positions at each of them: candidates, the best route through them, smoothing."""
+"""Joint positions along the samples of a path: candidates, the best route through them, smoothing."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from ros_ik_pkg.ik.path.candidates import find_candidates, normalise
 from ros_ik_pkg.ik.path.edges import count_parts, cut_edges
 from ros_ik_pkg.ik.path.path_solution import BreakReason
 from ros_ik_pkg.ik.path.problem import Problem
-from ros_ik_pkg.ik.path.routing import CHUNK, IN_CONTACT, find_route, first_contact
+from ros_ik_pkg.ik.path.routing import CHUNK, IN_CONTACT, Route, find_route, first_contact
 from ros_ik_pkg.ik.path.smoothing import sharpen, smooth
 
-MOST_BRANCHES = 16  # isolated solutions of a pose, whole turns aside (Manseur and Doty 1989)
+MOST_BRANCHES = 16  # isolated solutions of a pose, not counting whole turns (Manseur and Doty 1989)
 MOST_MEMORY = 1e9  # bytes of candidates
-WIDTHS = (128, 32, 8, 2)  # poses to either side over which joints to spare are averaged
+DENSER = 3  # times as many candidates in the second search for a redundant arm
+SPACING = 0.05  # rad or m: of two closer candidates of a redundant arm one is enough, an edge leads to it
+WIDTHS = (128, 32, 8, 2)  # poses to either side over which the joints of redundant arms are averaged
 PASSES = 3  # with each width
-SHORTER = 0.999  # what a pass must gain to be followed by another
-THERE = 1e-6  # rad or m: so near the start of the path no motion leads to it
+SHORTER = 0.999  # a pass that leaves more than this share of the length is the last one of its width
+THERE = 1e-6  # rad or m: a seed this near to the start of the path needs no lead-in
 
 
 @dataclass
@@ -27,17 +29,17 @@ class JointPath:
     """Joint positions along a path, as far as it could be followed."""
 
     q: np.ndarray  # (N, n) [rad, m]
-    sample: np.ndarray  # (N,) sample, and the fraction of the way to the next
+    sample: np.ndarray  # (N,) index of the sample, plus the fraction of the way to the next
     poses: np.ndarray  # (N, 4, 4)
     reached: int  # samples
     late: bool = False
-    why: str = ''  # what ended it, if that is known already: a sentence about {where}
-    reason: BreakReason = BreakReason.CONTACT  # of that
+    why: str = ''  # what ended it, if known: a sentence about {where}
+    reason: BreakReason = BreakReason.CONTACT  # in a word
     reconfigurations: list[int] = field(default_factory=list)  # rows after which the next is at the same pose
-    led: bool = False  # whether the first row is where the joints are, off the path
+    led: bool = False  # whether the first row is the seed, off the path
 
     def end_at(self, row: int, why: str, reason: BreakReason) -> None:
-        """Leave out all after a row, -1 for all."""
+        """Remove all rows after this one, -1 for all rows."""
         self.reached = int(self.sample[row]) + 1 if row >= 0 else 0
         self.late, self.why, self.reason = False, why, reason
         self.q, self.sample, self.poses = (rows[: row + 1] for rows in (self.q, self.sample, self.poses))
@@ -46,12 +48,10 @@ class JointPath:
 
 
 def follow(problem: Problem) -> JointPath:
-    """Find joint positions for as many samples as can be followed."""
-    count, n = len(problem.samples.poses), problem.arm.n
-    candidates, counts, looked_at = _find_candidates(problem)
-    route = find_route(problem, candidates[:looked_at], counts[:looked_at])
-    late = route.late or route.reached == looked_at < count
-    path = JointPath(np.empty((0, n)), np.empty(0), np.empty((0, 4, 4)), route.reached, late, route.contact)
+    """Return joint positions for as many samples as can be followed."""
+    n = problem.arm.n
+    route = _find_best_route(problem)
+    path = JointPath(np.empty((0, n)), np.empty(0), np.empty((0, 4, 4)), route.reached, route.late, route.contact)
     if not route.reached:
         return path
     q, sample, jumps, parts = route.q, route.sample, route.jumps, []
@@ -68,8 +68,32 @@ def follow(problem: Problem) -> JointPath:
     return path
 
 
+def _find_best_route(problem: Problem) -> Route:
+    """Return the best route. Reconfigurations, and breaks at poses that have a solution, are accepted only after a
+    second, thorough search: through more candidates for a redundant arm, with longer edges for another one."""
+    most = problem.path.samples if problem.spare else MOST_BRANCHES
+    route, final = _search(replace(problem, path=replace(problem.path, max_reconfigurations=0)), most)
+    if final:
+        return route
+    if time.monotonic() > problem.stop_time:
+        return replace(route, late=True)
+    second = replace(problem, thorough=True, progress=lambda _: problem.report(0))
+    thorough, _ = _search(second, DENSER * most if problem.spare else most)
+    return max(thorough, route, key=lambda found: (found.reached, -len(found.jumps)))
+
+
+def _search(problem: Problem, most: int) -> tuple[Route, bool]:
+    """Return the best route through up to `most` candidates of each pose, and whether another search cannot improve a
+    route without reconfigurations: it is whole, or the pose after its end has no solution."""
+    candidates, counts, looked_at = _find_candidates(problem, most)
+    route = find_route(problem, candidates[:looked_at], counts[:looked_at])
+    if route.reached == looked_at < len(problem.samples.poses):
+        route.late = True
+    return route, route.reached == looked_at or not counts[route.reached]
+
+
 def _end_before_faults(problem: Problem, path: JointPath) -> None:
-    """Leave out what cutting and smoothing, which move rows a little, have brought beyond a limit or into contact."""
+    """End the path before a row beyond a limit or in contact: cutting and smoothing move rows a little."""
     lower, upper = problem.row_limits
     beyond = np.flatnonzero(((path.q < lower) | (path.q > upper)).any(axis=1))
     last = first_contact(problem, path.q)
@@ -81,7 +105,7 @@ def _end_before_faults(problem: Problem, path: JointPath) -> None:
 
 
 def _lead_in(problem: Problem, path: JointPath) -> None:
-    """Put where the joints are before the path, or leave nothing of it if they cannot get to it in a straight line."""
+    """Put the seed before the path; remove the path if the joints cannot move to it in a straight line."""
     q = np.concatenate([problem.seed[None], path.q])
     lower, upper = problem.limits
     outside = bool(np.any((problem.seed < lower) | (problem.seed > upper)))
@@ -97,10 +121,9 @@ def _lead_in(problem: Problem, path: JointPath) -> None:
     path.reconfigurations, path.led = [row + 1 for row in path.reconfigurations], True
 
 
-def _find_candidates(problem: Problem) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return candidates (N, m, n), how many there are of each pose, and how many poses there was time for."""
+def _find_candidates(problem: Problem, most: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return up to `most` candidates of each pose (N, m, n), their numbers, and for how many poses there was time."""
     count, n = len(problem.samples.poses), problem.arm.n
-    most = problem.path.samples if problem.spare else MOST_BRANCHES
     most = max(2, min(most, int(MOST_MEMORY / (8 * n * count))))
     attempts = min(problem.options.max_attempts, max(3 * most, 100)) if problem.spare else problem.options.max_attempts
     searching = replace(
@@ -113,10 +136,10 @@ def _find_candidates(problem: Problem) -> tuple[np.ndarray, np.ndarray, int]:
     while done < count:
         stop = min(done + CHUNK, count)
         find_candidates(
-            problem.model, problem.continuing, searching, problem.poses, seed.copy(), done, stop, candidates, counts,
-            since,
+            problem.model, problem.continuing, searching, problem.poses, seed.copy(), SPACING if problem.spare else 0.0,
+            done, stop, candidates, counts, since,
         )  # fmt: skip
-        problem.look_up(stop - done)
+        problem.report(stop - done)
         done = stop
         if time.monotonic() > problem.stop_time:
             break
@@ -127,7 +150,7 @@ def _find_candidates(problem: Problem) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _keep_allowed(problem: Problem, candidates: np.ndarray, counts: np.ndarray, done: int) -> None:
-    """Leave out candidates beyond the limits, whole turns aside, and those in contact."""
+    """Remove candidates in contact, and those that no whole turns bring within the limits."""
     lower, upper = problem.row_limits
     there = np.arange(candidates.shape[1]) < counts[:done, None]
     q = candidates[:done][there]
@@ -144,7 +167,7 @@ def _keep_allowed(problem: Problem, candidates: np.ndarray, counts: np.ndarray, 
 
 
 def _smoothed(problem: Problem, q: np.ndarray, first: int) -> np.ndarray:
-    """Return a joint path for the samples from `first` on that is shorter, weighted, or the same one."""
+    """Return a joint path for the samples from `first` on whose weighted length is at most that of q."""
     last = first + len(q)
     weights = np.array(problem.options.joint_weights or (1.0,) * problem.arm.n)
 
@@ -172,7 +195,7 @@ def _smoothed(problem: Problem, q: np.ndarray, first: int) -> np.ndarray:
 
 
 def _cut(problem: Problem, q: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return q with a row for every cut of its edges, the samples of the rows and their poses."""
+    """Return q with a row at each cut of its edges, the samples of the rows, and their poses."""
     last = first + len(q)
     poses, turns = problem.poses[4 * first : 4 * last], problem.turns[first : last - 1]
     parts = np.empty(len(q) - 1, np.int64)

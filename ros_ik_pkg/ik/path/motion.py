@@ -1,4 +1,4 @@
-"""Times along a joint path: rests only where it must, within all limits, the tip on its line between the rows too."""
+"""Times along a joint path: within all limits, with as few rests as possible, and the tip on its line between rows."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from ros_ik_pkg.ik.path.timing import time_path
 from ros_ik_pkg.ik.path.waypoints import rotation_vectors as turns_between
 from ros_ik_pkg.ik.path.waypoints import rotations_of
 
-CORNER = 0.3  # rad between two steps of the joints: a sharper corner is not rounded, the joints rest there
+CORNER = 0.3  # rad between two steps of the joints: they rest at a sharper corner
 UNKNOWN_VELOCITY = 1.0  # rad/s or m/s, for joints without a velocity limit
-RAMP = 0.5  # s in which a joint gets to its velocity limit, if no acceleration limits are known
-SHARE = 0.95  # of the tolerances at the places where the tip is compared with its line, the rest is for between them
-REFINEMENTS = 5  # times that rows are put between others
-STILL = 1e-9  # rad or m: between such rows nothing moves
-WAIT = 1e-3  # s that they take
+RAMP = 0.5  # s in which a joint without acceleration limit reaches its velocity limit
+SHARE = 0.95  # of the tolerances, where the tip is compared with its line; the rest is for the places between
+REFINEMENTS = 5  # rounds of inserting rows
+STILL = 1e-9  # rad or m: rows this close count as equal
+WAIT = 1e-3  # s between two equal rows
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,11 @@ class Motion:
 
 
 def make_motion(problem: Problem, path: JointPath) -> Motion:
-    """Time a joint path. Where the tip would leave its line even from rest to rest, rows are put between; if that does
-    not help, the path is made to end there."""
+    """Return the motion along a joint path.
+
+    If the tip leaves its line between two rows at which the joints rest, rows are inserted there; if that does not
+    help, the path ends there.
+    """
     for _ in range(REFINEMENTS):
         if len(path.q) < 2:
             return _at_rest(path.q)
@@ -58,13 +61,13 @@ def make_motion(problem: Problem, path: JointPath) -> Motion:
 
 
 def _at_rest(q: np.ndarray) -> Motion:
-    """Return the motion of one row, or none."""
+    """Return the motion of a path of one row or none."""
     nothing, still = np.empty(0), np.zeros(q.shape)
     return Motion(nothing, still, still, np.ones(len(q), bool), np.empty((0, 2)), np.empty(0, bool))
 
 
 def _put_between(problem: Problem, path: JointPath, rows: np.ndarray) -> None:
-    """Put a row in the middle of each of the intervals that begin at `rows`, solved on the line; none beyond limits."""
+    """Insert a row on the line in the middle of each interval that begins at `rows`, except beyond the limits."""
     start, end = path.poses[rows], path.poses[rows + 1]
     poses = start.copy()
     poses[:, :3, 3] = 0.5 * (start + end)[:, :3, 3]
@@ -80,7 +83,7 @@ def _put_between(problem: Problem, path: JointPath, rows: np.ndarray) -> None:
 
 
 def _time_rows(problem: Problem, path: JointPath) -> tuple[Motion, np.ndarray]:
-    """Time a joint path of two rows or more; return (N - 1,) too: in which intervals the tip leaves its line though the
+    """Return the motion of two rows or more, and (N - 1,) in which intervals the tip leaves its line although the
     joints rest at both ends."""
     q, rows = path.q, len(path.q)
     velocity, acceleration = motion_limits(problem.arm, problem.path)
@@ -114,14 +117,14 @@ def _time_rows(problem: Problem, path: JointPath) -> tuple[Motion, np.ndarray]:
 
 
 def motion_limits(arm: Arm, path: PathOptions) -> tuple[np.ndarray, np.ndarray]:
-    """Return velocity and acceleration limits (n,) that a motion keeps, all finite [rad/s, m/s], [rad/s^2, m/s^2]."""
+    """Return the velocity and acceleration limits (n,) of a motion, all finite [rad/s, m/s], [rad/s^2, m/s^2]."""
     velocity = np.where(np.isfinite(arm.velocity_limits), arm.velocity_limits, UNKNOWN_VELOCITY)
     acceleration = np.minimum(arm.acceleration_limits, path.acceleration_limits or np.inf)
     return velocity, np.where(np.isfinite(acceleration), acceleration, velocity / RAMP)
 
 
 def _least_durations(problem: Problem, path: JointPath) -> np.ndarray:
-    """Return (N - 1,): the share of each step of the times that the intervals between samples take at least [s]."""
+    """Return the shortest time of each interval between rows (N - 1,) [s]: its share of that between samples."""
     if not len(problem.least):
         return np.zeros(len(path.q) - 1)
     at = np.concatenate([[0.0], np.cumsum(problem.least)])
@@ -131,9 +134,9 @@ def _least_durations(problem: Problem, path: JointPath) -> np.ndarray:
 def _overshoots(
     q: np.ndarray, durations: np.ndarray, v: np.ndarray, a: np.ndarray, limits: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return (N - 1,): whether a joint may leave its limits in an interval, which it does not from rest to rest.
+    """Return (N - 1,) in which intervals a joint may leave its limits; from rest to rest it cannot.
 
-    A polynomial stays within the range of its coefficients in Bernstein form.
+    A polynomial stays within the range of its Bernstein coefficients.
     """
     h, (lower, upper) = durations[:, None], limits
     coefficients = np.stack([
@@ -152,8 +155,8 @@ def _bends(steps: np.ndarray) -> np.ndarray:
 
 
 def _more_stops(bad: np.ndarray, stops: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """Return rows at which the joints must rest too: of each bad interval the end at the sharper corner that is none
-    yet. The joints move in a straight line between two rests, whose middle was checked."""
+    """Return the rows at which the joints must rest too: for each bad interval, the end with the sharper corner unless
+    they rest there already. Between two rests the joints move in a straight line, which was checked as an edge."""
     k = np.flatnonzero(bad)
     before = np.where(stops[k], -1.0, bend[k])
     after = np.where(stops[k + 1], -1.0, bend[k + 1])

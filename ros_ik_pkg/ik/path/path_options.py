@@ -1,4 +1,4 @@
-"""Every tunable of a path, declared once: default, range, unit and text."""
+"""The options of a path, each declared once: default, range, unit and text."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from ros_ik_pkg.ik.text import suggest
 
 @dataclass(frozen=True)
 class PathOptions:
-    """Options of one path; every value is checked when the object is made.
+    """Options of one path, checked when the object is made.
 
-    Raises OptionError that names the option, the value got and what is allowed.
+    Raises OptionError that names the option, its value and the allowed range.
     """
 
     step: float = option(
-        0.005, 'longest distance of two samples of the path', unit='m', minimum=1e-5, maximum=10.0
+        0.005, 'longest distance between two samples of the path', unit='m', minimum=1e-5, maximum=10.0
     )
     angle_step: float = option(
         0.05, 'largest rotation between two samples of the path', unit='rad', minimum=1e-4, maximum=math.pi
     )
     tolerance: float = option(
-        1e-4, 'largest distance of the tip from its line, between the samples too', unit='m', minimum=1e-7, maximum=1.0
+        1e-4, 'largest distance of the tip from its line, also between samples', unit='m', minimum=1e-7, maximum=1.0
     )
     angle_tolerance: float = option(
-        1e-3, 'largest angle of the tip from its line, between the samples too', unit='rad', minimum=1e-7,
+        1e-3, 'largest angle of the tip from its line, also between samples', unit='rad', minimum=1e-7,
         maximum=math.pi,
     )
     tool_speed: float = option(
@@ -36,27 +36,28 @@ class PathOptions:
     )
     keep_speed: bool = option(
         False,
-        'where joints cannot follow tool_speed or the stamps within their velocity limits: true, the path breaks or '
-        'takes another branch; false, the tip slows down',
+        'if joints cannot keep tool_speed or the stamps within their velocity limits: true, the path breaks or takes '
+        'another branch; false, the tip slows down',
     )
     max_reconfigurations: int = option(
-        0, 'how often the joints may leave the path to go on in another branch', minimum=0, maximum=10000
+        0, 'how often the joints may leave the path to continue in another branch', minimum=0, maximum=10000
     )
     lead_in: bool = option(
         False, 'true: the motion begins where the joints are and leads them to the start of the path in a straight line'
     )
     samples: int = option(
-        64, 'solutions of a pose that an arm with joints to spare looks at', minimum=2, maximum=1024
+        64, 'solutions of a pose that a redundant arm considers; three times as many before the path breaks or '
+        'reconfigures', minimum=2, maximum=1024,
     )
     deadline: float = option(5.0, 'time for one path, 0 for none', unit='s', minimum=0.0, maximum=3600.0)
     acceleration_limits: tuple[float, ...] = option(
         (),
-        'of each joint, besides those of joint_limits; joints without one get to their velocity limit in half a second',
+        'of each joint, besides those of joint_limits; a joint without one reaches its velocity limit in half a second',
         unit='rad/s^2 or m/s^2', minimum=1e-6, maximum=1e6,
     )
 
     def __new__(cls, *_: Any, **values: Any) -> PathOptions:
-        """Refuse a name that is none of these with those that come close."""
+        """Refuse an unknown name, and suggest similar ones."""
         names = [spec.name for spec in PATH_OPTIONS]
         for name in values:
             if name not in names:

@@ -1,4 +1,4 @@
-"""What solve_path returns: the joint path, its times, where it breaks and why."""
+"""The result of solve_path: the joint path, its times, where it breaks and why."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ class BreakReason(enum.StrEnum):
 
 @dataclass(frozen=True)
 class PathBreak:
-    """Where a path breaks: `place` is the index of a given pose and the fraction of the way to the next."""
+    """Where a path breaks: `place` is the index of a given pose plus the fraction of the way to the next."""
 
     place: float
     reason: BreakReason
-    text: str  # a sentence for people that names the pose
+    text: str  # a sentence that names the pose
 
 
 @dataclass(frozen=True)
 class PathSolution:
-    """A joint path and its times, as far as the path could be followed; N is 0 if that is not even the first pose.
+    """A joint path and its times, as far as the path could be followed; N is 0 if the first pose has no solution.
 
     Between two rows the joints follow the polynomial of the fifth degree through positions, velocities and
-    accelerations, which joint trajectory controllers use; the figures hold for that.
+    accelerations, as joint_trajectory_controller interpolates; the figures hold for that motion.
 
     Attributes
     ----------
@@ -47,15 +47,15 @@ class PathSolution:
     velocities, accelerations : (N, n) arrays
         [rad/s, m/s] and [rad/s^2, m/s^2]; zero where the joints rest.
     place : (N,) array
-        Index of the pose given, and the fraction of the way to the next.
+        Index of the given pose before, plus the fraction of the way to the next.
     base_from_tip : (N, 4, 4) array
-        Samples of the path [m].
+        Poses on the path that the rows belong to [m].
     reconfigurations : tuple of int
-        Rows from which the joints leave the path; they are back on it in the next row, at the same pose.
+        Rows from which the joints leave the path, and return to it at the same pose in the next row.
     stops : tuple of int
-        Rows at which the joints rest: both ends, corners, both ends of a reconfiguration.
+        Rows at which the joints rest: both ends, sharp corners, both ends of a reconfiguration.
     led : bool
-        Whether the first row is where the joints are, and the second the start of the path (PathOptions.lead_in).
+        Whether the first row is the seed, and the second the start of the path (PathOptions.lead_in).
     slowed : (N - 1,) bool array
         Intervals in which joint velocity limits keep the tip slower than tool_speed or the stamps ask for.
     breaks : tuple of PathBreak
@@ -63,7 +63,7 @@ class PathSolution:
     position_error, orientation_error, sigma_min : (N,) arrays
         Errors of the tip [m, rad], and the smallest singular value of the task Jacobian.
     line_error, line_angle : float
-        How far the tip is from its line at most, between the rows too [m, rad]; motions off the path do not count.
+        Largest distance of the tip from its line, also between rows, without motions off the path [m, rad].
     solve_time : float
         [s]
 
@@ -90,11 +90,11 @@ class PathSolution:
 
     @property
     def off_path(self) -> tuple[int, ...]:
-        """Rows from which the joints get to the next in a straight line of their own, wherever that leads the tip."""
+        """Rows from which the joints move straight to the next while the tip is off the path."""
         return (0, *self.reconfigurations) if self.led else self.reconfigurations
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return the joint positions (k, n) of the motion at times (k,) [s]; before its start and after its end those
+        """Return the joint positions (k, n) at times (k,) [s]; before the start and after the end of the motion, those
         of its ends."""
         return positions_at(times, self.times, self.q, self.velocities, self.accelerations)
 
@@ -105,7 +105,7 @@ class PathSolution:
 
     @property
     def largest_joint_travel(self) -> float:
-        """Way of the joint that travels furthest [rad, m]."""
+        """Distance of the joint that travels furthest [rad, m]."""
         return float(np.abs(np.diff(self.q, axis=0)).sum(axis=0).max(initial=0.0))
 
 

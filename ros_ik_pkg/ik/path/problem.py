@@ -1,4 +1,4 @@
-"""One path for one arm: what is asked, and what the compiled code takes."""
+"""One path for one arm, and the arrays that the compiled code takes for it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.waypoints import Samples
 
 TURN = 2.0 * math.pi
-EXACT = 1e-11  # m, rad: error of the rows of the path
-INSET = 1e-6  # rad or m
-MARGIN = 0.75  # share of the tolerance that an edge may use, the rest is for the curved motion along it
+EXACT = 1e-11  # m, rad: error of the rows in the result
+INSET = 1e-6  # rad or m that rows keep from a limit
+MARGIN = 0.75  # share of the tolerance that an edge may use; the curved motion in time needs the rest
 EDGE = (1.0, MOST_PARTS)  # longest step of a joint [rad or m], parts at most
-EDGE_SPARE = (0.25, 4)  # the same for arms with joints to spare, where a long step is a motion of its own
+LONG_EDGE = (3.5, MOST_PARTS)  # more than the half turn of a wrist that passes its singularity
+EDGE_SPARE = (0.25, 4)  # for redundant arms, which can move without the tip
 
 Clear = Callable[[np.ndarray], np.ndarray]
 
@@ -32,13 +33,14 @@ class Problem:
 
     arm: Arm
     samples: Samples
-    seed: np.ndarray  # (n,), or (0,) if the path may begin anywhere
+    seed: np.ndarray  # (n,) where the joints are, or (0,) if the path may begin anywhere
     options: SolveOptions
     path: PathOptions
-    least: np.ndarray  # (N - 1,) times that the intervals may take at least [s]
+    least: np.ndarray  # (N - 1,) shortest times of the intervals [s]
     clear: Clear | None
     stop_time: float  # of time.monotonic
     progress: Callable[[int], object] | None
+    thorough: bool = False  # whether this is the second search, see joint_path._find_best_route
 
     @cached_property
     def poses(self) -> np.ndarray:
@@ -59,14 +61,14 @@ class Problem:
 
     @cached_property
     def row_limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """The limits (n,) of the rows, INSET inside: so a joint can stay at its limit without a rest at each row."""
+        """Limits (n,) of the rows, INSET inside those of the joints: so a joint can slide along its limit."""
         lower, upper = self.limits
         inset = np.where(upper - lower > 4.0 * INSET, INSET, 0.0)
         return lower + inset, upper - inset
 
     @cached_property
     def model(self) -> np.ndarray:
-        """The packed arm, without limits of joints that may turn round: a branch goes on beyond them."""
+        """The packed arm without the limits of joints that may turn a whole turn: whole turns are added later."""
         packed, n, joints = self.arm.packed.copy(), self.arm.n, len(self.arm.prismatic)
         first = HEADER + 12 * (joints + 1) + GEOMETRY_JOINTS * joints
         if self.options.respect_limits:
@@ -78,14 +80,14 @@ class Problem:
 
     @cached_property
     def continuing(self) -> np.ndarray:
-        """SolveOptions.numbers of one descent from a neighbour."""
+        """SolveOptions.numbers of a single descent from a neighbouring solution."""
         return replace(
             self.options, max_attempts=1, choice='first', deadline=0.0, max_joint_jump=0.0, null_space='none'
         ).numbers
 
     @cached_property
     def exact(self) -> np.ndarray:
-        """The same, as exact as double precision allows with something to spare."""
+        """The same, with tolerances a little above the rounding of double precision."""
         numbers = self.continuing.copy()
         for name, bound in (('position_tolerance', EXACT), ('orientation_tolerance', EXACT)):
             place = Tuning._fields.index(name)
@@ -94,19 +96,19 @@ class Problem:
 
     @cached_property
     def spare(self) -> bool:
-        """Whether the joints can move while the task holds."""
+        """Whether the arm is redundant for the task: its joints can move while the task holds."""
         rows = zip(self.options.task_weights, self.options.task_tolerances)
         return self.arm.n > sum(weight > 0.0 and bound == 0.0 for weight, bound in rows)
 
     @cached_property
     def bounds(self) -> np.ndarray:
-        """(4,) what edges are held to, see parts_of_edge."""
-        longest = EDGE_SPARE if self.spare else EDGE
+        """Bounds (4,) of an edge, see parts_of_edge."""
+        longest = EDGE_SPARE if self.spare else LONG_EDGE if self.thorough else EDGE
         return np.array([MARGIN * self.path.tolerance, MARGIN * self.path.angle_tolerance, *longest])
 
     @cached_property
     def most_steps(self) -> np.ndarray:
-        """(N - 1, n) how far the joints may move between two samples, inf if the tip may slow down."""
+        """How far each joint may move between two samples (N - 1, n); infinite if the tip may slow down."""
         if not self.path.keep_speed:
             return np.full((len(self.least), self.arm.n), np.inf)
         with np.errstate(invalid='ignore'):
@@ -114,7 +116,7 @@ class Problem:
         steps[self.least == 0.0] = np.inf
         return np.nan_to_num(steps, nan=np.inf, posinf=np.inf)
 
-    def look_up(self, done: int) -> None:
-        """Report progress: so many samples more."""
+    def report(self, done: int) -> None:
+        """Call `progress` with the number of samples done since the last call."""
         if self.progress is not None:
             self.progress(done)

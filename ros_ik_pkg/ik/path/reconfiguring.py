@@ -1,4 +1,4 @@
-"""Reconfigurations in the search for the best route, compiled: from node to node of a pose, off the line of the tip."""
+"""Reconfigurations in the search for the best route, compiled: from one node of a pose to another, off the line."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.step.limits import TURN
 
 RECONFIGURED = -2  # parent -2 - i: from node i of the same pose
-BARRED_AROUND = 0.1  # rad or m: reconfigurations whose ends are this near to those of one that is barred are, too
+BARRED_AROUND = 0.1  # rad or m: a reconfiguration is barred if both its ends are this near to those of a barred one
 
 
 @kernel
 def within(q, upper, wraps, digits, allowed):
-    """Write for each row of `digits` whether q with so many turns is within the upper limits; to the lower ones it is
-    by `normalise`."""
+    """Write for each row of `digits` whether q plus these turns is within the upper limits; `normalise` has seen to the
+    lower ones."""
     total = len(digits)
     allowed[:] = 1
     for j in range(len(q)):
@@ -29,15 +29,15 @@ def reconfigure(
     q, count, upper, wraps, digits, places, weights, most, barred, parents, jumps, costs, fewest, least, allowed,
     tables, back,
 ):  # fmt: skip
-    """Let the nodes of a pose with the fewest reconfigurations lead to all others of it by one more.
+    """Let the nodes of a pose with the fewest reconfigurations lead to all its other nodes with one more.
 
-    q : (m, n) candidates of the pose, of which the first `count` count
+    q : (m, n), the first `count` rows are the candidates of the pose
     fewest, least : (m,) of the nodes of each candidate, see look_for_best
     barred : (B, 2, n) ends of reconfigurations that are not allowed
-    allowed, tables, back : room for (V,), (n, V), (n, V) numbers
+    allowed, tables, back : scratch arrays (V,), (n, V), (n, V)
 
-    Of the turns of one candidate those that are nearest to a node give a bound of the distance of all. If it leaves
-    room for a better way, they are tried first, the others after them.
+    Among the turns of one candidate, those nearest to a node bound the distance of all. If the bound leaves room for an
+    improvement, they are tried first, then the others.
     """
     total, n = len(digits), q.shape[1]
     few = most
@@ -47,8 +47,11 @@ def reconfigure(
         return
     for c in range(count):
         within(q[c], upper, wraps, digits, allowed)
+        done = True
+        for u in range(total):
+            done = done and (not allowed[u] or jumps[c * total + u] == few)
         for d in range(count):
-            if fewest[d] != few:
+            if done or fewest[d] != few:
                 continue
             find_nearest_turns(q[c], q[d], upper, wraps, digits, places, weights, tables, back)
             for u in range(total):
@@ -84,8 +87,8 @@ def reconfigure(
 
 @kernel
 def find_nearest_turns(q, other, upper, wraps, digits, places, weights, tables, back):
-    """Write for each joint and each number of turns of it the square of the least weighted step from `other`, and by
-    how much the turns that it starts at advance the number of the node."""
+    """Write for each joint and each of its turns the square of the least weighted step from `other`, and what the turns
+    that the step begins at add to the number of the node."""
     last = len(digits) - 1
     for j in range(len(q)):
         gap = q[j] - other[j]

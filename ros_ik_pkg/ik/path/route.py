@@ -1,9 +1,9 @@
-"""The best way through the candidates of all poses, by dynamic programming: compiled.
+"""The best route through the candidates of all poses, by dynamic programming; compiled.
 
-A node is a candidate together with whole turns of the joints that may turn round. From pose to pose a node leads to
-those that the joints reach in a straight line while the tip stays on its line (`edges.py`). Fewest reconfigurations
-count first, then the sum of the weighted joint steps (L2), that from the seed to the first pose included.
-An edge between two candidates holds for all their turns alike, so it is checked once and then taken by all of them.
+A node is a candidate with whole turns added to the joints that may turn so far. An edge joins two nodes of successive
+poses if the joints can move from one to the other while the tip stays on its line (`edges.py`). The best route has the
+fewest reconfigurations, and among those the least sum of weighted joint steps (L2), including the step from the seed to
+the first pose. An edge between two candidates holds for all their turns, so it is checked once.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ def extend_route(
     Parameters
     ----------
     candidates, counts : as find_candidates and normalise leave them
-    upper, wraps : (n,) limits, infinite if they do not count
-    digits : (V, n) int64, the whole turns that the joints can be apart, in all combinations, the first joint fastest
+    upper, wraps : (n,) upper limits, infinite if limits are not respected; which joints may turn a whole turn
+    digits : (V, n) int64, all combinations of whole turns added to the joints, the first joint fastest
     weights : (n,) of the joints
     most_steps : (N - 1, n) how far a joint may move between two poses, inf for no bound
     bounds : (4,) of the edges, see parts_of_edge
     seed : (n,) where the joints start, or (0,)
-    stay : bool, whether the path must begin at the seed, to SAME_SOLUTION
+    stay : bool, whether the path must begin at the seed (to within SAME_SOLUTION)
     most_reconfigurations : int
     barred : (B, 2, n) reconfigurations that are not allowed, see `reconfigure`
-    parents : (N, m V) int16 out, see trace_route
+    parents : (N, m V) int16 out, the node before on the best route
     jumps, costs : (2, m V) int64 and float64, of the nodes of even and of odd poses; kept between calls
 
     """
@@ -54,7 +54,7 @@ def extend_route(
     places, tables, back = np.ones(n, np.int64), np.empty((n, total)), np.empty((n, total), np.int64)
     for j in range(1, n):
         places[j] = places[j - 1] * (digits[total - 1, j - 1] + 1)
-    memory, between = np.empty(edge_memory_size(model) + 2 * n), np.empty((MOST_PARTS, n))
+    memory, cuts = np.empty(edge_memory_size(model) + 2 * n), np.empty((MOST_PARTS, n + 1))
     for k in range(first, stop):
         now, then = k % 2, 1 - k % 2
         if k == 0:
@@ -67,7 +67,7 @@ def extend_route(
                 within(candidates[k, c], upper, wraps, digits, allowed)
                 relax(
                     model, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds,
-                    allowed, fewest, least, parents, jumps, costs, pairs[:near], states, memory, between,
+                    allowed, fewest, least, parents, jumps, costs, pairs[:near], states, memory, cuts,
                 )  # fmt: skip
         if most_reconfigurations > 0:
             look_for_best(jumps[now], costs[now], counts[k], total, fewest, least)
@@ -82,8 +82,8 @@ def extend_route(
 def trace_route(parents, jumps, costs, counts, total, reached, route):
     """Write the best route to the last of `reached` poses; return its length.
 
-    `route` (2 N,) int64 gets the nodes from the first pose on, negative if the joints were reconfigured to get there:
-    -1 - node. `total`: turns of a candidate. The others are those of extend_route.
+    `route` (2 N,) int64 receives the nodes from the first pose on, as -1 - node if a reconfiguration leads to the node.
+    `total` is the number of nodes of a candidate; the other arguments are those of extend_route.
     """
     if reached == 0:
         return 0
@@ -108,7 +108,7 @@ def trace_route(parents, jumps, costs, counts, total, reached, route):
 
 @kernel
 def begin(q, count, upper, wraps, digits, weights, seed, stay, jumps, costs):
-    """Write what it costs to begin at each node of the first pose: its distance from the seed, if there is one."""
+    """Write the cost of beginning at each node of the first pose: its distance from the seed, if there is one."""
     total = len(digits)
     for c in range(count):
         for u in range(total):
@@ -130,7 +130,7 @@ def begin(q, count, upper, wraps, digits, weights, seed, stay, jumps, costs):
 
 @kernel
 def look_for_best(jumps, costs, count, total, fewest, least):
-    """Write for each candidate of a pose the fewest reconfigurations of its nodes, and the least cost of those."""
+    """Write the fewest reconfigurations among the nodes of each candidate, and the least cost among those nodes."""
     for c in range(count):
         fewest[c], least[c] = NEVER, math.inf
         for node in range(c * total, (c + 1) * total):
@@ -152,9 +152,10 @@ def best_node(jumps, costs, count):
 
 @kernel
 def collect(candidates, counts, k, c, wraps, weights, most_steps, longest, pairs, states):
-    """List what may lead to candidate c of pose k, the steps being short enough; return how many there are.
+    """List the candidates of pose k - 1 whose steps to candidate c of pose k are short enough; return their number.
 
-    A row of `pairs` is the whole turns of each joint, the weighted step and the candidate; `states` becomes 1.
+    A row of `pairs` has the whole turns of each joint in the step, the weighted step and the candidate; `states` is 1
+    for rows not yet tried.
     """
     n, found = candidates.shape[2], 0
     for b in range(counts[k - 1]):
@@ -179,10 +180,12 @@ def collect(candidates, counts, k, c, wraps, weights, most_steps, longest, pairs
 @kernel
 def relax(
     model, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds, allowed, fewest, least,
-    parents, jumps, costs, pairs, states, memory, between,
+    parents, jumps, costs, pairs, states, memory, cuts,
 ):  # fmt: skip
-    """Find the best parents of the nodes of candidate c of pose k. Edges are looked at from the best on, as long as
-    they can make a node better, and checked only if they do."""
+    """Find the best parents of the nodes of candidate c of pose k.
+
+    Edges are tried from the best on, as long as they can improve a node, and checked only if they do.
+    """
     n, total = candidates.shape[2], len(digits)
     now, then = k % 2, 1 - k % 2
     start = c * total
@@ -221,7 +224,7 @@ def relax(
                         for j in range(n):
                             q[j] = candidates[k - 1, b, j]
                             r[j] = candidates[k, c, j] - TURN * pairs[best, j]
-                        if parts_of_edge(model, continuing, poses, turns, k - 1, q, r, bounds, between, memory) == 0:
+                        if parts_of_edge(model, continuing, poses, turns, k - 1, q, r, bounds, cuts, memory) == 0:
                             worst_jumps, worst_cost = NEVER, math.inf
                             break
                     jumps[now, node], costs[now, node], parents[k, node] = jump, cost, before
@@ -233,7 +236,7 @@ def relax(
 
 @inlined
 def turned_between(pair, digits, most, upper):
-    """Return whether the joints can have been `pair` whole turns further on than `digits`."""
+    """Return whether `digits` plus the whole turns of `pair` are turns that the joints can have."""
     good = True
     for j in range(len(digits)):
         turned = digits[j] + int(pair[j])

@@ -1,4 +1,4 @@
-"""The best route through candidates as joint positions: in time, and free of contact between the poses too."""
+"""The best route through candidates as joint positions: within the deadline, free of contact between poses too."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from ros_ik_pkg.ik.path.problem import TURN, Problem
 from ros_ik_pkg.ik.path.route import extend_route, trace_route
 
-CHUNK = 1000  # poses between two looks at the clock
-MOST_NODES = 1024  # of a pose, whole turns included
-REPAIRS = 50  # times that a route in contact between two poses is replaced by another
+CHUNK = 1000  # poses between two readings of the clock
+MOST_NODES = 1024  # of a pose
+REPAIRS = 50  # routes that are discarded at most because they touch between two poses
 CONTACT_STEP = 0.02  # rad or m of the joint that moves most, between two checks of a motion for contact
 IN_CONTACT = 'the arm is in contact before {where}'
 NO_CLEAR_MOTION = 'the branch ends before {where}; each motion to another one that was tried is in contact'
@@ -23,9 +23,9 @@ NO_CLEAR_MOTION = 'the branch ends before {where}; each motion to another one th
 class Route:
     """Joint positions at samples, as far as a route was found.
 
-    q: (N, n) [rad, m]. sample: (N,) of each row. jumps: rows after which joints are reconfigured, the next row being at
-    the same sample. reached: samples. late: whether the deadline came first. contact: what ended the route if it was
-    contact, else empty.
+    q: (N, n) [rad, m]. sample: (N,) sample of each row. jumps: rows from which a reconfiguration leads to the next row,
+    at the same sample. reached: number of samples. late: whether the deadline ended the route. contact: a sentence
+    about {where} if contact ended it, else empty.
     """
 
     q: np.ndarray
@@ -81,7 +81,7 @@ def first_contact(problem: Problem, q: np.ndarray) -> int | None:
 
 
 def _most_turns(problem: Problem, most: int) -> np.ndarray:
-    """Return (n,) int64: how many values, whole turns apart, a joint can have between its limits."""
+    """Return how many values whole turns apart each joint can have within its limits, (n,) int64."""
     lower, upper = problem.row_limits
     out = np.ones(problem.arm.n, np.int64)
     for j in np.flatnonzero(problem.arm.wraps)[::-1]:  # the last joints wind up first
@@ -94,8 +94,8 @@ def _most_turns(problem: Problem, most: int) -> np.ndarray:
 def _best_route(
     problem: Problem, candidates: np.ndarray, counts: np.ndarray, digits: np.ndarray, barred: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int, bool]:
-    """Return the nodes, whether joints are reconfigured to get to each, how many samples were reached, and whether the
-    deadline came."""
+    """Return the nodes of the route, whether a reconfiguration leads to each, the number of samples reached, and
+    whether the deadline ended the search."""
     count, most, n = candidates.shape
     total = len(digits)
     upper = problem.row_limits[1]
@@ -103,9 +103,9 @@ def _best_route(
     parents = np.empty((count, int(counts.max(initial=0)) * total), np.int16)
     jumps, costs = np.empty((2, most * total), np.int64), np.empty((2, most * total))
     reached, late = 0, False
-    # Best from where the joints are, if that is a solution of the first pose.
-    ways = [(True, 0)] if len(problem.seed) else []
-    for stay, reconfigurations in dict.fromkeys([*ways, (False, 0), (False, problem.path.max_reconfigurations)]):
+    # A route that begins where the joints are is preferred.
+    tries = [(True, 0)] if len(problem.seed) else []
+    for stay, reconfigurations in [*tries, (False, problem.path.max_reconfigurations)]:
         reached = 0
         while reached < count and not late:
             stop = min(reached + CHUNK, count)
@@ -114,7 +114,7 @@ def _best_route(
                 problem.arm.wraps, digits, weights, problem.most_steps, problem.bounds, problem.seed, stay,
                 reconfigurations, barred, reached, stop, parents, jumps, costs,
             )  # fmt: skip
-            problem.look_up(0)
+            problem.report(0)
             reached = now
             if now < stop:
                 break
@@ -128,7 +128,8 @@ def _best_route(
 
 
 def _unwound(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Return joint positions (N, n) in which joints without limits go on from row to row, from near the seed."""
+    """Return joint positions (N, n) in which joints without limits move less than half a turn between rows, beginning
+    near the seed."""
     q, (lower, upper) = q.copy(), problem.row_limits
     for j in range(problem.arm.n):
         if problem.arm.wraps[j] and not np.isfinite(upper[j] - lower[j]) and len(q):
@@ -143,7 +144,7 @@ def _unwound(problem: Problem, q: np.ndarray) -> np.ndarray:
 
 
 def _remove(candidates: np.ndarray, counts: np.ndarray, sample: int, candidate: int) -> None:
-    """Take one candidate of a pose out."""
+    """Remove one candidate of a pose."""
     last = counts[sample] - 1
     candidates[sample, candidate] = candidates[sample, last]
     counts[sample] = last

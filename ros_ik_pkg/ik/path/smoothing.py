@@ -1,6 +1,6 @@
-"""Smoother joint paths, compiled: rows solved to the last digits; for joints to spare averages along the path.
+"""Smoother joint paths, compiled: rows solved more exactly; for redundant arms, averages along the path.
 
-What tolerances leave of an error differs from row to row, and would be accelerations.
+The errors that tolerances leave differ from row to row, and would show as accelerations.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
 from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows
 
-MOST_CHANGE = 1e-2  # rad or m of a joint by which a row may move when it is solved more exactly
+MOST_CHANGE = 1e-2  # rad or m that a joint of a row may move when the row is solved more exactly
 
 
 @compiled
 def sharpen(model, exact, poses, q):
-    """Solve each row of q (N, n) again from itself with the options `exact`, where that leads to a solution beside it.
+    """Solve each row of q (N, n) again from itself with the options `exact`, and keep solutions that are close to it.
 
     `poses` (4 N, 4) are those of the rows.
     """
@@ -45,10 +45,11 @@ def _sharpen(model, exact, poses, q, memory):
 
 @compiled
 def smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh):
-    """Write to `fresh` (N, n) the joint path q averaged over `width` poses to either side; return whether it is any
-    good: every pose solved within its tolerances, and every edge whole. The first and the last row stay.
+    """Write the joint path q averaged over `width` poses to either side to `fresh` (N, n); return whether it is valid.
 
-    The other arguments are those of best_route.
+    It is if every pose is solved and every edge keeps to the line. The first and the last row stay.
+
+    The other arguments are those of extend_route.
     """
     count, n = q.shape
     sums = np.zeros((count + 1, n))
@@ -57,14 +58,14 @@ def smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh)
             sums[k + 1, j] = sums[k, j] + q[k, j]
     memory = np.empty(memory_size(model, 1) + 2 * n + WIDTH)
     room = np.empty(edge_memory_size(model))
-    between = np.empty((MOST_PARTS, n))
+    cuts = np.empty((MOST_PARTS, n + 1))
     return _smooth(
-        model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, between
+        model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, cuts
     )
 
 
 @kernel
-def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, between):
+def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, cuts):
     """Implement `smooth`."""
     count, n = q.shape
     size = memory_size(model, 1)
@@ -90,7 +91,7 @@ def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh
             if step > bounds[2] or step > most_steps[k - 1, j]:
                 return False
         if parts_of_edge(
-            model, continuing, poses, turns, k - 1, fresh[k - 1], fresh[k], bounds, between, room
+            model, continuing, poses, turns, k - 1, fresh[k - 1], fresh[k], bounds, cuts, room
         ) == 0:
             return False
     return True

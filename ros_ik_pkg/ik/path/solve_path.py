@@ -1,4 +1,4 @@
-"""solve_path: poses in, joint path and its times out."""
+"""solve_path: from poses of the tip to a motion of the joints."""
 
 from __future__ import annotations
 
@@ -36,45 +36,44 @@ def solve_path(
     progress: Callable[[int], object] | None = None,
     world: World | None = None,
 ) -> PathSolution:
-    """Find a motion of the joints that leads the tip frame along a whole path.
+    """Return a motion of the joints that leads the tip along a whole path.
 
-    From pose to pose the tip goes straight and turns at a constant rate about one axis (SLERP). Of all ways through
-    the solutions of all samples it is the one with the fewest reconfigurations, and of those the one with the least
-    weighted joint motion.
+    From pose to pose the tip moves in a straight line and turns at a constant rate about one axis (SLERP). Of all
+    routes through the solutions of all samples, the motion follows one with the fewest reconfigurations, and among
+    those the one with the least weighted joint motion.
 
     Parameters
     ----------
     arm : Arm
     poses : (N, 4, 4) array or sequence of pinocchio.SE3
-        Poses of the tip frame in the arm's base frame [m], two or more. A pose that equals the one before it is left
-        out.
+        Poses of the tip in the base frame [m], two or more. A pose equal to the one before is skipped.
     seed : (n,) array, optional
-        Where the joints are [rad, m]; the way from there to the start of the path counts as motion. Default: the
-        path may begin anywhere.
+        Where the joints are [rad, m]; the distance to the start of the path counts as motion. Default: the path may
+        begin anywhere.
     options : SolveOptions, optional
-        Tolerances, task and weights of each sample; deadline, choice and null_space do not count.
+        Tolerances, task and weights; deadline, choice and null_space have no effect.
     path : PathOptions, optional
     stamps : (N,) array, optional
-        Times of the poses, rising [s]; where the joints cannot keep them the tip is late. Instead of tool_speed.
+        Rising times of the poses [s], used instead of tool_speed. The tip is late if the joints cannot keep them.
     vias : sequence of int, optional
-        Indices of poses in the middle of a circular arc: it leads from the pose before by this one to the next.
+        Indices of poses in the middle of a circular arc, which leads from the pose before to the pose after.
     clear : callable, optional
-        Called with joint positions (k, n), returns (k,) bool: whether each is free of contact. Default: free of contact
-        with the arm itself and the world, if avoid_collisions is on and the robot has shapes.
+        Called with joint positions (k, n), returns (k,) bool: whether each is free of contact. Default: the check for
+        contact with the arm itself and the world, if avoid_collisions is on and the robot has shapes.
     progress : callable, optional
-        Called with the number of samples done since the last call, also with 0 while the route is sought.
+        Called with the number of samples done since the last call; with 0 while the route is searched.
     world : World, optional
         What the arm must stay clear of besides itself.
 
     Returns
     -------
     PathSolution
-        As far as the path can be followed, with the place and the reason of its end if that is not the last pose.
+        As far as the path can be followed; if that is not to its end, with the place and the reason.
 
     Raises
     ------
     ArgumentError
-        If an argument has the wrong shape, is not finite or makes no path; the text names the pose.
+        If an argument has the wrong shape, is not finite or makes no path. The text names the pose.
 
     """
     began = time.monotonic()
@@ -151,7 +150,7 @@ def _read_seed(arm: Arm, seed: Any) -> np.ndarray:
 
 
 def _least_durations(samples: Samples, path: PathOptions, times: np.ndarray | None) -> np.ndarray:
-    """Return (N - 1,): the times that the intervals between samples take at the speed asked for, 0 if there is none."""
+    """Return the shortest times of the intervals between samples (N - 1,) [s]: by stamps or tool_speed, else 0."""
     if times is not None:
         return np.diff(np.interp(samples.place, np.arange(len(times)), times))
     if path.tool_speed > 0.0:

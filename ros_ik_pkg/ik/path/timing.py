@@ -1,9 +1,9 @@
-"""Times along a joint path: as fast as velocities, accelerations and the speed asked for allow.
+"""Times along a joint path: as fast as velocity limits, acceleration limits and the requested speed allow.
 
 The path parameter s is the length of the joint path. With x = (ds/dt)^2 and u = d2s/dt2 every limit is linear:
-|q'| sqrt(x) <= v gives a bound of x, and -a <= q' u + q'' x <= a two bounds of u. The largest x from which the limits
-can still be kept is found backwards, then x is driven forwards as fast as it goes (Pham & Pham 2018, reachability
-analysis). Through the joints at these times goes a spline with continuous accelerations, at rest where it must be.
+|q'| sqrt(x) <= v bounds x, and -a <= q' u + q'' x <= a bounds u on both sides. A pass backwards finds the largest x at
+each row from which the limits can be kept to the end; a pass forwards then takes the largest u (Pham & Pham 2018,
+reachability analysis). A spline with continuous accelerations, at rest at the stops, passes the rows at these times.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 
 from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 
-SHORTEST = 1e-9  # rad or m of the joint path, s: less counts as nothing
-PARTS = 10  # of an interval between two poses, at whose ends limits are checked
-ROUNDS = 5  # of easing the limits where the spline exceeds them; what is left, the whole motion takes longer for
-CLOSE = 1.01
-AROUND = 2  # rows to either side whose limits are eased too
+SHORTEST = 1e-9  # rad, m or s: the least length and duration
+PARTS = 10  # of an interval; limits are checked at their ends
+ROUNDS = 5  # of lowering limits where the spline exceeds them; after that the whole motion is slowed down
+CLOSE = 1.01  # an excess that needs no further round
+AROUND = 2  # rows to either side whose limits are lowered too
 MARGIN = 1.0 + 1e-9
 
 
@@ -29,8 +29,8 @@ def time_path(q, stops, least, velocity, acceleration):
     Parameters
     ----------
     q : (N, n) [rad, m], no two rows in succession equal
-    stops : (N,) bool, where the joints are at rest; the first and last are
-    least : (N - 1,) shortest time that each interval may take [s]; 0 for no bound
+    stops : (N,) bool, at which rows the joints rest; the first and the last are set
+    least : (N - 1,) shortest time of each interval [s]; 0 for no bound
     velocity, acceleration : (n,) finite limits [rad/s, m/s], [rad/s^2, m/s^2]
 
     """
@@ -71,7 +71,7 @@ def time_path(q, stops, least, velocity, acceleration):
 
 @kernel
 def take_it_easy(ratios, ease, less):
-    """Lower the limits of the rows about intervals in which the spline exceeds them."""
+    """Lower the limits of the rows around intervals in which the spline exceeds them."""
     less[:] = 1.0
     for k in range(len(ratios)):
         if ratios[k] > 1.0:
@@ -83,8 +83,11 @@ def take_it_easy(ratios, ease, less):
 
 @kernel
 def alone(q, k, velocity, acceleration):
-    """Return the time [s] of an interval between two rests: the polynomial of the fifth degree gets to 15/8 of the mean
-    velocity, and to 10/sqrt(3) of the distance over the square of the time."""
+    """Return the time of an interval between two rests [s].
+
+    The polynomial of the fifth degree reaches 15/8 of the mean velocity, and an acceleration of 10 / sqrt(3) times the
+    distance over the square of the time.
+    """
     longest = 0.0
     for j in range(q.shape[1]):
         way = abs(q[k + 1, j] - q[k, j])
@@ -103,10 +106,10 @@ def chord(q, k):
 
 @kernel
 def fastest(q, first, last, least, velocity, acceleration, ease, x, slopes, bends, lines):
-    """Write the largest x = (ds/dt)^2 at rows `first` to `last`, at rest at both, that the limits allow."""
+    """Write the largest x = (ds/dt)^2 that the limits allow at rows `first` to `last`, with rests at both."""
     n = q.shape[1]
     x[last] = 0.0
-    for k in range(last - 1, first - 1, -1):  # from where the limits can be kept to the end
+    for k in range(last - 1, first - 1, -1):
         bound = bounds_at(q, k, first, last, least, velocity, acceleration, ease[k], x[k + 1], slopes, bends, lines)
         for i in range(n + 1):
             for j in range(n + 1):
@@ -127,7 +130,7 @@ def fastest(q, first, last, least, velocity, acceleration, ease, x, slopes, bend
 def bounds_at(q, k, first, last, least, velocity, acceleration, ease, most, slopes, bends, lines):
     """Return the bound of x at row k; write those of u to `lines`: lines[0] u >= a + b x, lines[1] u <= a + b x.
 
-    The last line of each keeps x at the next row between 0 and `most`; `ease` is a factor on the limits.
+    The last line of each keeps x at the next row between 0 and `most`. `ease` is a factor on the limits.
     """
     n, h = q.shape[1], chord(q, k)
     differentiate(q, k, first, last, slopes, bends)
@@ -154,7 +157,7 @@ def bounds_at(q, k, first, last, least, velocity, acceleration, ease, most, slop
 
 @kernel
 def differentiate(q, k, first, last, slopes, bends):
-    """Write dq/ds and d2q/ds2 at row k; at the ends of a stretch of two rows or more, those of the rows beside."""
+    """Write dq/ds and d2q/ds2 at row k by finite differences, one-sided at the ends of a stretch."""
     at = min(max(k, first + 1), last - 1)
     if last - first < 2:
         h = chord(q, first)
@@ -177,7 +180,7 @@ def differentiate(q, k, first, last, slopes, bends):
 def fit_spline(q, stops, durations, v, a, scratch):
     """Write velocities and accelerations of the cubic spline through q with continuous accelerations.
 
-    Where the joints rest both are 0: the interval beside it becomes a polynomial of the fifth degree.
+    Both are 0 at a stop, so the intervals beside it become polynomials of the fifth degree.
     """
     first = 0
     for last in range(1, len(q)):
@@ -189,7 +192,7 @@ def fit_spline(q, stops, durations, v, a, scratch):
 
 @kernel
 def fit_one(q, durations, v, a, first, last, scratch):
-    """Implement `fit_spline` for one joint between two rests (the tridiagonal system of the velocities)."""
+    """Implement `fit_spline` for one joint between two stops: a tridiagonal system of the velocities."""
     v[first] = a[first] = v[last] = a[last] = 0.0
     upper, right = scratch[0], scratch[1]
     upper[first], right[first] = 0.0, 0.0
@@ -208,7 +211,7 @@ def fit_one(q, durations, v, a, first, last, scratch):
 
 @kernel
 def measure_limits(q, durations, v, a, velocity, acceleration, ratios):
-    """Write by which factor each interval must be longer for its limits to hold; return the largest."""
+    """Write the factor by which each interval must be longer to keep its limits; return the largest."""
     worst = 0.0
     for k in range(len(durations)):
         ratio = 0.0
@@ -226,7 +229,7 @@ def measure_limits(q, durations, v, a, velocity, acceleration, ratios):
 
 @kernel
 def quintic(p, v, a, p2, v2, a2, h):
-    """Return the six coefficients of the polynomial with these positions, velocities, accelerations at 0 and h."""
+    """Return the six coefficients of the polynomial with given position, velocity and acceleration at 0 and at h."""
     d = p2 - p - h * (v + 0.5 * h * a)
     e, f = h * (v2 - v - h * a), h * h * (a2 - a)
     h3 = h * h * h

@@ -1,4 +1,4 @@
-"""From the poses of a path to samples of it: straight lines and arcs, in steps that are short enough."""
+"""Samples of a path: straight lines and arcs through its poses, in short steps."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as
 SAME_POSITION = 1e-9  # m
 SAME_ANGLE = 1e-9  # rad
 MOST_SAMPLES = 2_000_000
-SAG = 0.1  # share of the tolerance that a chord of an arc may be away from it
+SAG = 0.1  # distance of a chord from its arc, as a share of the tolerance
 
 
 class Samples(NamedTuple):
     """Poses along a path, no two in succession equal."""
 
     poses: np.ndarray  # (N, 4, 4) of the tip in the base frame [m]
-    place: np.ndarray  # (N,) index of the pose given, and the fraction of the way to the next
+    place: np.ndarray  # (N,) index of the given pose before, plus the fraction of the way to the next
 
 
 def read_poses(poses: Any) -> np.ndarray:
-    """Return poses (N, 4, 4) as an array of float64, rotations made exact, or raise ArgumentError naming the pose."""
+    """Return poses (N, 4, 4) in float64 with exact rotations; raise ArgumentError that names the wrong pose."""
     try:
         array = np.array([getattr(pose, 'homogeneous', pose) for pose in poses], dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -52,7 +52,7 @@ def read_poses(poses: Any) -> np.ndarray:
 
 
 def read_stamps(stamps: Any, count: int) -> np.ndarray:
-    """Return the times of the poses (N,) [s], rising, or raise ArgumentError naming the pose."""
+    """Return the times (N,) of the poses [s]; raise ArgumentError that names the pose whose time does not rise."""
     try:
         times = np.array(stamps, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -72,7 +72,7 @@ def read_stamps(stamps: Any, count: int) -> np.ndarray:
 def sample_path(
     poses: np.ndarray, vias: Sequence[int], step: float, angle_step: float, tolerance: float, stamped: bool
 ) -> Samples:
-    """Return samples of the path through poses (N, 4, 4), see solve_path for lines, arcs and steps."""
+    """Return samples of the path through poses (N, 4, 4); solve_path describes lines, arcs and steps."""
     centres = _check_vias(vias, len(poses))
     moved = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
     turned = rotation_vectors(poses[:-1, :3, :3], poses[1:, :3, :3])
@@ -109,7 +109,7 @@ def sample_path(
 
 
 def _interpolate(poses: np.ndarray, turned: np.ndarray, segment: np.ndarray, fraction: np.ndarray) -> np.ndarray:
-    """Return the poses a fraction of the way along straight segments; exactly the given pose at its end."""
+    """Return poses at fractions of straight segments; at fraction 1 exactly the given pose."""
     out = np.empty((len(segment), 4, 4))
     a, b = poses[segment], poses[segment + 1]
     out[:, :3, 3] = a[:, :3, 3] + fraction[:, None] * (b[:, :3, 3] - a[:, :3, 3])
@@ -153,7 +153,7 @@ def rotation_vectors(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 
 
 def _check_vias(vias: Sequence[int], count: int) -> list[int]:
-    """Return the indices of poses in the middle of arcs, or raise ArgumentError."""
+    """Return the sorted indices of vias; raise ArgumentError for an index that cannot be one."""
     for k in vias:
         if isinstance(k, bool) or not isinstance(k, (int, np.integer)) or not 0 < k < count - 1:
             raise ArgumentError(f'via {k!r} is not the index of a pose between the first and the last ({count} poses)')
@@ -165,7 +165,7 @@ def _check_vias(vias: Sequence[int], count: int) -> list[int]:
 
 
 class _Arc:
-    """The circle through the positions of three poses, from the first by the second to the third."""
+    """The arc from the position of the first pose through the second to the third."""
 
     def __init__(self, start: np.ndarray, via: np.ndarray, end: np.ndarray, index: int) -> None:
         p, q, r = start[:3, 3], via[:3, 3], end[:3, 3]
@@ -181,12 +181,12 @@ class _Arc:
         self._angles = (0.0, *(self._angle(point) for point in (q, r)))
 
     def _angle(self, point: np.ndarray) -> float:
-        """Return the angle of a point of the circle from its start, in the sense of the arc [rad]."""
+        """Return the angle from the start of the arc to a point of the circle, in the direction of the arc [rad]."""
         away = point - self.centre
         return math.atan2(away @ self._y, away @ self._x) % (2.0 * math.pi)
 
     def length(self, half: int) -> float:
-        """Return the length from the start to the via (0), or from there to the end (1) [m]."""
+        """Return the length of a half [m]: 0 from the start to the via, 1 from the via to the end."""
         return self.radius * (self._angles[half + 1] - self._angles[half])
 
     def positions(self, half: int, fraction: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from numerics import get_arm
 from ros_ik_pkg.ik import SolveOptions
 from ros_ik_pkg.ik.path import routing
 from ros_ik_pkg.ik.path.edges import count_parts
-from ros_ik_pkg.ik.path.joint_path import _find_candidates
+from ros_ik_pkg.ik.path.joint_path import MOST_BRANCHES, _find_candidates
 from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.routing import find_route
 from ros_ik_pkg.ik.path.solve_path import _make_problem
@@ -82,7 +82,7 @@ def test_no_route_has_fewer_reconfigurations_or_less_motion(name, most, seed, mo
     path = PathOptions(step=10.0, angle_step=3.0, deadline=0.0, max_reconfigurations=most)
     problem = _make_problem(arm, poses, q + random.uniform(-0.3, 0.3, arm.n), SolveOptions(), path, None, (), None,
                             None, 0.0)
-    candidates, counts, _ = _find_candidates(problem)
+    candidates, counts, _ = _find_candidates(problem, MOST_BRANCHES)
     monkeypatch.setattr(routing, 'CHUNK', 7)  # routes go on from piece to piece
     route = find_route(problem, candidates, counts)
     wanted = all_routes(problem, candidates, counts, most)

@@ -210,6 +210,37 @@ def test_a_joint_limit_is_named_and_turning_back_is_one_reconfiguration(ur5):
     assert_fit_for_a_robot(ur5, whole, PathOptions())
 
 
+def test_between_reconfigurations_and_the_path_the_joints_rest_and_the_stamps_are_kept_from_then_on(ur5):
+    poses = turning(ur5, UR5_START, 14.0)
+    stamps = 4.0 * np.arange(len(poses))
+    whole = solve_path(ur5, poses, UR5_START, path=PathOptions(max_reconfigurations=5, **CALM), stamps=stamps)
+    (row,) = whole.reconfigurations
+    for motion in (whole.velocities, whole.accelerations):
+        assert not motion[[row, row + 1]].any()
+    way = np.abs(whole.q[row + 1] - whole.q[row])
+    velocity, acceleration = ur5.velocity_limits, ur5.velocity_limits / 0.5
+    # From rest to rest along a polynomial of the fifth degree, as fast as the joint that takes longest allows.
+    shortest = np.maximum(1.875 * way / velocity, np.sqrt(10.0 / np.sqrt(3.0) * way / acceleration)).max()
+    took = np.diff(whole.times)[row]
+    assert shortest <= took <= 1.02 * shortest
+    at = np.array([whole.times[np.argmin(np.abs(whole.place - k))] for k in range(len(poses))])
+    late = at - stamps
+    after = np.arange(len(poses)) > whole.place[row]
+    assert (late >= -1e-9).all() and (late[~after] < 1.0).all()
+    assert (late[after] >= took).all() and (late[after] < took + 2.5).all()
+
+
+def test_a_wrist_that_turns_half_round_between_two_poses_is_followed():
+    arm, tilt = get_arm('puma560'), np.hypot(0.1, 0.002)
+    angle = np.arctan2(0.002, 0.1)
+    start, end = (np.array([0.3, -0.5, 0.4, turn, tilt, -turn]) for turn in (angle, np.pi - angle))
+    path = PathOptions(step=10.0, angle_step=3.0, **CALM)
+    solution = solve_path(arm, [arm.forward(start), arm.forward(end)], start, path=path)
+    assert solution.complete and not solution.reconfigurations
+    np.testing.assert_allclose(solution.q[-1], end, atol=1e-6)
+    assert_fit_for_a_robot(arm, solution, path)
+
+
 def test_the_tip_keeps_its_speed_but_for_its_ramps(ur5):
     home = ur5.forward(UR5_START)
     path = PathOptions(tool_speed=0.05, **CALM)
