@@ -117,10 +117,11 @@ def measure_zoo(count: int) -> int:
 
 def measure_collision(count: int) -> int:
     """Solve N targets in each room with and without the check for contact; 1 if an answer touches."""
-    from bench.collision import COLLISION_HEAD, collision_rows
+    from bench.collision import BATCH_HEAD as COLLISION_BATCH_HEAD
+    from bench.collision import COLLISION_HEAD, batch_rows, collision_rows
 
     rows, wrong = collision_rows(count)
-    print(markdown([COLLISION_HEAD, *rows]))
+    print(markdown([COLLISION_HEAD, *rows]), markdown([COLLISION_BATCH_HEAD, *batch_rows(count)]), sep='\n\n')
     return int(wrong > 0)
 
 
