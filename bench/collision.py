@@ -144,7 +144,7 @@ def batch_rows(count: int) -> list[tuple[str, ...]]:
     arm = load_arm(PANDA[0], tip=PANDA[2], srdf=PANDA[1])
     rows = []
     for title, world in WORLDS.items():
-        targets = _targets(arm, arm.contacts.room(world), 0.0, count)
+        targets = clear_targets(arm, arm.contacts.room(world), 0.0, count)
         began = time.perf_counter()
         answers = solve_batch(arm, targets, world=world)
         seconds = time.perf_counter() - began
@@ -161,11 +161,11 @@ def _measure(case: Case, count: int, tally: Tally) -> None:
     judge = UrdfJudge(case.urdf, moving_pairs(room), room.positions, base=arm.base_frame)
     add_room(judge, arm, room, world)
     judge.keep(case.margin)
-    targets = _targets(arm, room, case.margin, count)
+    targets = clear_targets(arm, room, case.margin, count)
     calls = {
         'with': lambda target: solve(arm, target, options=heedful, world=world),
         'without': lambda target: solve(arm, target, options=HEEDLESS),
-        'rejection': lambda target: _reject(arm, target, room, case.margin),
+        'rejection': lambda target: reject(arm, target, room, case.margin),
     }
     for first in tqdm(range(0, len(targets), CHUNK), desc=f'{case.name} {case.title}', leave=False):
         timed = first < TIMED
@@ -182,7 +182,7 @@ def _measure(case: Case, count: int, tally: Tally) -> None:
     tally.targets += len(targets)
 
 
-def _targets(arm: Arm, room: Room, margin: float, count: int) -> np.ndarray:
+def clear_targets(arm: Arm, room: Room, margin: float, count: int) -> np.ndarray:
     """Return poses (count, 4, 4) of random configurations that are clear."""
     found: list[np.ndarray] = []
     seed = 11
@@ -209,9 +209,8 @@ def add_room(judge: UrdfJudge, arm: Arm, room: Room, world: World) -> None:
         judge.add(obstacle.name, shape, obstacle.shape.frame_from_shape, against, frame=obstacle.link or None)
 
 
-def _reject(arm: Arm, target: np.ndarray, room: Room, margin: float) -> Solution:
+def reject(arm: Arm, target: np.ndarray, room: Room, margin: float, seed: np.ndarray | None = None) -> Solution:
     """Solve from new seeds until Pinocchio and coal find an answer clear: what a caller can do around any solver."""
-    seed = arm.home
     for k in range(MOST_SEEDS):
         solution = solve(arm, target, seed, HEEDLESS)
         if solution.converged and room.is_clear(solution.q, margin):
