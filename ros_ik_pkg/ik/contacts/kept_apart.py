@@ -14,9 +14,13 @@ SLACK = 1e-6  # rad or m beyond the limits, for positions that are kept in singl
 
 
 def bounds_of(bodies: Bodies, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Return the bounds (2, n) of configurations that count as within limits (n,) [rad, m]: infinite for joints that
-    can turn by a whole turn."""
-    bounds = np.array([lower - SLACK, upper + SLACK])
+    """Return the bounds (2, n) of configurations that count as within limits (n,) [rad, m].
+
+    They are infinite for joints that can turn by a whole turn, because all positions look like one between -pi and pi;
+    what has no limits else is bounded, and looked at beyond.
+    """
+    ends = np.where(np.isinf(lower), -np.pi, lower), np.where(np.isinf(upper), np.pi, upper)
+    bounds = np.array([ends[0] - SLACK, ends[1] + SLACK])
     for i in range(len(lower)):
         driven = bodies.joints[bodies.joints[:, 2] == i]
         turns = not np.any(driven[:, 1]) and not np.any(driven[:, 3] % 1.0)

@@ -91,3 +91,17 @@ def test_a_margin_beyond_the_distance_is_looked_at():
 def test_nothing_is_claimed_of_links_that_a_joint_outside_the_chain_moves():
     arm = plate(CORNER + 0.01, joint='revolute')
     assert kept(arm)[frozenset(('post', 'plate'))] == 0.0
+
+
+@pytest.mark.parametrize(('multiplier', 'endless'), [(-1.0, True), (0.5, False)])
+def test_an_endless_joint_is_looked_at_in_one_turn_if_all_that_follows_it_turns_by_whole_turns(multiplier, endless):
+    arm = load_arm(f"""
+<robot name="geared">
+  <link name="base"/><link name="wheel"/>
+  <link name="plate"><collision><geometry><box size="1 1 0.01"/></geometry></collision></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="wheel"/><axis xyz="0 0 1"/></joint>
+  <joint name="gear" type="continuous"><parent link="wheel"/><child link="plate"/><axis xyz="0 0 1"/>
+    <mimic joint="turn" multiplier="{multiplier}"/></joint>
+</robot>""", base='base', tip='plate')
+    assert np.all(np.isinf(arm.contacts._bounds)) == endless
+    assert endless or np.all(np.abs(arm.contacts._bounds) < np.pi + 1e-3)
