@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -75,8 +75,7 @@ class Targets:
     def __init__(self, peer: Peer, urdf: Path) -> None:
         self._peer, self._results = peer, dict[int, str]()
         self._room = peer.arm.contacts.room(CROWDED)
-        self._judge = UrdfJudge(urdf, moving_pairs(self._room), self._room.positions, base=peer.arm.base_frame)
-        add_room(self._judge, peer.arm, self._room, CROWDED)
+        self._judge = judge_of(peer.arm, urdf)
         peer.node.create_subscription(
             topics.RESULT.type, topics.RESULT.of(peer.name), self._on_result, topics.RESULT.qos
         )
@@ -86,7 +85,9 @@ class Targets:
     def go(self, name: str, count: int, seed: int) -> None:
         """Send `count` targets."""
         arm, half = self._peer.arm, (count + 1) // 2
-        self._peer.wait(lambda: self._answer(arm.home) is not None, START_TIMEOUT)
+        self._peer.wait(lambda: self._answer(arm.home) is not None, START_TIMEOUT)  # the first may be sent too early
+        self.statuses.clear()
+        self.lost = self.judged = self.touching = 0
         any_q = configurations(arm, count - half, seed=seed)
         clear = clear_configurations(arm, self._room.packed, half, seed + 1)
         order = np.random.default_rng(seed).permutation(count)
@@ -112,11 +113,22 @@ class Targets:
             peer.forget()
             return False
         peer.wait(lambda: stamp in peer.solutions, TIMEOUT)
-        found = peer.solutions[stamp]
-        self.judged += 1
-        self.touching += self._judge.touches(found.name, np.array(found.position))
+        self._hold(peer.solutions[stamp].name, np.array(peer.solutions[stamp].position))
         peer.forget()
         return True
+
+    def _hold(self, names: Sequence[str], q: np.ndarray) -> None:
+        """Count whether a solution touches anything."""
+        self.judged += 1
+        self.touching += self._judge.touches(names, q)
+
+
+def judge_of(arm: Arm, urdf: Path) -> UrdfJudge:
+    """Return Pinocchio's and coal's view of the arm in its room."""
+    room = arm.contacts.room(CROWDED)
+    judge = UrdfJudge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
+    add_room(judge, arm, room, CROWDED)
+    return judge
 
 
 def clear_configurations(arm: Arm, packed: np.ndarray, count: int, seed: int) -> np.ndarray:
