@@ -115,7 +115,7 @@ def make_mink(task: dict[str, Any]) -> tuple[Callable[[], None], Step]:
     seed = np.zeros(model.nq)
     seed[order] = task['seed']
     configuration = mink.Configuration(model)
-    frame = mink.FrameTask(task['tip'], 'body', position_cost=1.0, orientation_cost=1.0)
+    frame = mink.FrameTask(task['tip'], 'body', 1.0, 1.0, lm_damping=1.0)  # as in its examples
     limits = [mink.ConfigurationLimit(model), mink.CollisionAvoidanceLimit(
         model, pairs, minimum_distance_from_collisions=NEAR, collision_detection_distance=0.1)]  # fmt: skip
 
