@@ -56,7 +56,7 @@ def main() -> int:
         if arguments.zoo:
             return measure_zoo(arguments.zoo)
         if arguments.collision:
-            return measure_collision(arguments.collision)
+            return measure_collision(arguments.collision, arguments.peers)
         if arguments.check_paths:
             return check_paths(arguments.check_paths)
         if arguments.servo:
@@ -130,12 +130,18 @@ def measure_zoo(count: int) -> int:
     return int(result.counts['wrong'] > 0)
 
 
-def measure_collision(count: int) -> int:
-    """Solve N targets in each room with and without the check for contact; 1 if an answer touches."""
-    from bench.collision import COLLISION_HEAD, collision_rows
+def measure_collision(count: int, peers: bool) -> int:
+    """Solve N targets in each room with and without the check for contact, and beside others if `peers`; 1 if an
+    answer touches."""
+    from bench.collision import BATCH_HEAD as COLLISION_BATCH_HEAD
+    from bench.collision import COLLISION_HEAD, batch_rows, collision_rows
 
     rows, wrong = collision_rows(count)
-    print(markdown([COLLISION_HEAD, *rows]))
+    print(markdown([COLLISION_HEAD, *rows]), markdown([COLLISION_BATCH_HEAD, *batch_rows(count)]), sep='\n\n')
+    if peers:
+        from bench.collision_peers import PEERS_HEAD, peer_rows
+
+        print(markdown([PEERS_HEAD, *peer_rows(count)]))
     return int(wrong > 0)
 
 

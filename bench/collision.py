@@ -6,14 +6,16 @@ compared within one run, alternating on the same targets.
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
+from bench.made_up_rooms import made_up_rooms
 from bench.published_robots import (
     BAXTER,
     PANDA,
@@ -25,19 +27,24 @@ from bench.published_robots import (
     configurations,
     moving_pairs,
 )
-from ros_ik_pkg.ik import Arm, Obstacle, Solution, SolveOptions, World, load_arm, solve
+from ros_ik_pkg.ik import Arm, Obstacle, Solution, SolveOptions, World, load_arm, solve, solve_batch
 from ros_ik_pkg.ik.collision.scene import contacts_of
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.contacts import Room
 
 HEEDLESS, HEEDFUL = SolveOptions(avoid_collisions=False), SolveOptions()
 CHUNK = 50
-TIMED = 2000  # targets that are solved without the check and by rejection too
+MADE_UP = 80  # arms with meshes that nobody built
+SHARE = 20  # of them take as many targets as a robot in one room
+TIMED = 2000  # targets of a case that are solved without the check and by rejection too
 MOST_SEEDS = 100  # that rejection tries
 SURE = 1e-4  # m by which a target's own configuration is clear
 COLLISION_HEAD = (
     'arm', 'room', 'targets', 'solved', 'touch', 'touch without', 'median without', 'median', 'p99', 'over', 'rejection'
 )  # fmt: skip
+SHAPES = {'box': coal.Box, 'sphere': coal.Sphere, 'cylinder': coal.Cylinder, 'capsule': coal.Capsule}
+WAYS = ('with', 'without', 'rejection')
+BATCH_HEAD = ('arm', 'room', 'poses', 'solved', 'poses a second of one core')
 ROD = Obstacle('rod', 'cylinder', (0.02, 0.3), np.block([[np.eye(3), np.array([[0.0], [0.0], [0.23]])],
                                                          [np.zeros((1, 3)), np.ones((1, 1))]]),
                'panda_hand', ('panda_leftfinger', 'panda_rightfinger'))
@@ -88,18 +95,64 @@ def cases() -> Iterator[Case]:
     yield Case('ur5', '10 mm away', UR5[0], load_arm(UR5[0], tip=UR5[2], srdf=UR5[1]), GROUND, 0.01)
 
 
+@dataclass
+class Tally:
+    """What came of the targets of some cases; `seconds` by way of solving, of the first TIMED targets of each."""
+
+    targets: int = 0
+    solved: int = 0
+    touching: dict[str, int] = field(default_factory=lambda: dict.fromkeys(WAYS, 0))
+    seconds: dict[str, list[float]] = field(default_factory=lambda: {way: [] for way in WAYS})
+
+    def row(self, name: str, title: str) -> tuple[str, ...]:
+        """Return the row of the table."""
+        middle = {way: 1e6 * float(np.median(seconds)) for way, seconds in self.seconds.items()}
+        late = 1e6 * float(np.percentile(self.seconds['with'], 99))
+        touching = self.touching['without'] / len(self.seconds['without'])
+        return (
+            name, title, str(self.targets), f'{100 * self.solved / self.targets:.3f} %', str(self.touching['with']),
+            f'{100 * touching:.1f} %', f'{middle["without"]:.1f} us', f'{middle["with"]:.1f} us', f'{late:.0f} us',
+            f'{middle["with"] - middle["without"]:.1f} us', f'{middle["rejection"]:.0f} us',
+        )  # fmt: skip
+
+
 def collision_rows(count: int) -> tuple[list[tuple[str, ...]], int]:
-    """Return a row for each arm and room, each with so many targets, and how many answers touch."""
+    """Return a row for each arm and room, each with `count` targets, and one for made-up arms and rooms, with
+    MADE_UP / SHARE times as many; and how many answers touch."""
     rows, wrong = [], 0
     for case in cases():
-        row, touching = _measure(case, count)
-        print(f'| {" | ".join(row)} |', flush=True)
-        rows.append(row)
-        wrong += touching
-    return rows, wrong
+        tally = Tally()
+        _measure(case, count, tally)
+        rows.append(_say(tally.row(case.name, case.title)))
+        wrong += tally.touching['with']
+    tally = Tally()
+    with tempfile.TemporaryDirectory() as folder:
+        for urdf, arm, world, margin in made_up_rooms(Path(folder), MADE_UP):
+            _measure(Case(arm.name, 'made up', urdf, arm, world, margin), max(1, count // SHARE), tally)
+    rows.append(_say(tally.row(f'{MADE_UP} made up', 'made up')))
+    return rows, wrong + tally.touching['with']
 
 
-def _measure(case: Case, count: int) -> tuple[tuple[str, ...], int]:
+def _say(row: tuple[str, ...]) -> tuple[str, ...]:
+    """Print a row at once: a run takes hours."""
+    print(f'| {" | ".join(row)} |', flush=True)
+    return row
+
+
+def batch_rows(count: int) -> list[tuple[str, ...]]:
+    """Return how many poses solve_batch answers in a second of one core in each room of a Panda, clear of contact."""
+    arm = load_arm(PANDA[0], tip=PANDA[2], srdf=PANDA[1])
+    rows = []
+    for title, world in WORLDS.items():
+        targets = clear_targets(arm, arm.contacts.room(world), 0.0, count)
+        began = time.process_time()  # of all threads
+        answers = solve_batch(arm, targets, world=world)
+        seconds = time.process_time() - began
+        rows.append(('panda', title, str(count), str(int(answers.converged.sum())), f'{count / seconds:.0f}'))
+    return rows
+
+
+def _measure(case: Case, count: int, tally: Tally) -> None:
     """Solve targets that a clear configuration reaches, the first in turns with and without the check and by
     rejection."""
     arm, world = case.arm, case.world
@@ -108,37 +161,28 @@ def _measure(case: Case, count: int) -> tuple[tuple[str, ...], int]:
     judge = UrdfJudge(case.urdf, moving_pairs(room), room.positions, base=arm.base_frame)
     add_room(judge, arm, room, world)
     judge.keep(case.margin)
-    targets = _targets(arm, room, case.margin, count)
-    ways = {
+    targets = clear_targets(arm, room, case.margin, count)
+    calls = {
         'with': lambda target: solve(arm, target, options=heedful, world=world),
         'without': lambda target: solve(arm, target, options=HEEDLESS),
-        'rejection': lambda target: _reject(arm, target, room, case.margin),
+        'rejection': lambda target: reject(arm, target, room, case.margin),
     }
-    seconds: dict[str, list[float]] = {way: [] for way in ways}
-    touching, solved = dict.fromkeys(ways, 0), 0
     for first in tqdm(range(0, len(targets), CHUNK), desc=f'{case.name} {case.title}', leave=False):
         timed = first < TIMED
-        for way, call in ways.items() if timed else [('with', ways['with'])]:
+        for way in WAYS if timed else ('with',):
             answers = []
             for target in targets[first : first + CHUNK]:
-                began = time.perf_counter()
-                answers.append(call(target))
+                began = time.thread_time_ns()
+                answers.append(calls[way](target))
                 if timed:
-                    seconds[way].append(time.perf_counter() - began)
+                    tally.seconds[way].append(1e-9 * (time.thread_time_ns() - began))
             converged = [answer for answer in answers if answer.converged]
-            touching[way] += sum(judge.touches(arm.joint_names, answer.q) for answer in converged)
-            solved += len(converged) if way == 'with' else 0
-    alike, careful, rejected = (1e6 * float(np.median(seconds[way])) for way in ('without', 'with', 'rejection'))
-    late, over = (1e6 * float(np.percentile(seconds['with'], 99)), careful - alike)
-    row = (
-        case.name, case.title, str(len(targets)), f'{100 * solved / len(targets):.3f} %', str(touching['with']),
-        f'{100 * touching["without"] / min(len(targets), TIMED):.1f} %', f'{alike:.1f} us', f'{careful:.1f} us',
-        f'{late:.0f} us', f'{over:.1f} us', f'{rejected:.0f} us',
-    )  # fmt: skip
-    return row, touching['with']
+            tally.touching[way] += sum(judge.touches(arm.joint_names, answer.q) for answer in converged)
+            tally.solved += len(converged) if way == 'with' else 0
+    tally.targets += len(targets)
 
 
-def _targets(arm: Arm, room: Room, margin: float, count: int) -> np.ndarray:
+def clear_targets(arm: Arm, room: Room, margin: float, count: int) -> np.ndarray:
     """Return poses (count, 4, 4) of random configurations that are clear."""
     found: list[np.ndarray] = []
     seed = 11
@@ -160,14 +204,13 @@ def add_room(judge: UrdfJudge, arm: Arm, room: Room, world: World) -> None:
         pose[2, 3] = world.floor - 1.0
         judge.add('floor', coal.Box(20.0, 20.0, 2.0), pose, partners['floor'])
     for obstacle in world.obstacles:
-        shape = {'box': coal.Box, 'cylinder': coal.Cylinder}[obstacle.kind](*obstacle.size)
+        shape = SHAPES[obstacle.kind](*map(float, obstacle.size))
         against = [name for name in partners[obstacle.name] if name in judge.owners]
         judge.add(obstacle.name, shape, obstacle.shape.frame_from_shape, against, frame=obstacle.link or None)
 
 
-def _reject(arm: Arm, target: np.ndarray, room: Room, margin: float) -> Solution:
+def reject(arm: Arm, target: np.ndarray, room: Room, margin: float, seed: np.ndarray | None = None) -> Solution:
     """Solve from new seeds until Pinocchio and coal find an answer clear: what a caller can do around any solver."""
-    seed = arm.home
     for k in range(MOST_SEEDS):
         solution = solve(arm, target, seed, HEEDLESS)
         if solution.converged and room.is_clear(solution.q, margin):

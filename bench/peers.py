@@ -1,4 +1,4 @@
-"""The environment of the peers: one list of requirements in setup.cfg, each installed as far as pip can."""
+"""The environments of the peers: lists of requirements in setup.cfg, each installed as far as pip can."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from tqdm import tqdm
 
 from bench.process import ROOT, WorkerError, WorkerProcess
 
-# Name of a requirement in setup.cfg -> library in worker.py
+PEERS, COLLISION_PEERS = 'peers', 'collision_peers'  # lists in setup.cfg
+# Name of a requirement in setup.cfg -> library in worker.py or collision_loops.py; longer names first
 BRINGS = {
+    'pin-pink': 'pink', 'mink': 'mink',
     'roboticstoolbox-python': 'rtb', 'pytracik': 'trac_ik', 'optik-py': 'optik', 'pin': 'pinocchio', 'ssik': 'ssik',
     'EAIK': 'eaik',
 }  # fmt: skip
@@ -24,7 +26,7 @@ def peer_processes() -> tuple[list[WorkerProcess], dict[str, str]]:
     """Start a process for each library that is there; return them, and of the others why not."""
     python, faults = make_environment()
     processes = []
-    for library in BRINGS.values():
+    for library in map(library_of, read_requirements()[1]):
         if library not in faults:
             try:
                 processes.append(WorkerProcess(library, python))
@@ -33,11 +35,11 @@ def peer_processes() -> tuple[list[WorkerProcess], dict[str, str]]:
     return processes, faults
 
 
-def make_environment() -> tuple[str, dict[str, str]]:
-    """Create the environment if it is missing; return its Python, and the failed requirements with reasons."""
-    folder = Path(os.environ.get('ROS_IK_PEERS_VENV') or ROOT / '.venv-peers')
+def make_environment(group: str = PEERS) -> tuple[str, dict[str, str]]:
+    """Create an environment if it is missing; return its Python, and the failed requirements with reasons."""
+    folder = Path(os.environ.get(f'ROS_IK_{group.upper()}_VENV') or ROOT / f'.venv-{group.replace("_", "-")}')
     python, stamp = folder / 'bin' / 'python', folder / 'bench.json'
-    common, requirements = read_requirements()
+    common, requirements = read_requirements(group)
     wanted = {'python': sys.version, 'requirements': [common, *requirements]}
     if stamp.exists() and (made := json.loads(stamp.read_text()))['wanted'] == wanted:
         return str(python), made['faults']
@@ -53,11 +55,11 @@ def make_environment() -> tuple[str, dict[str, str]]:
     return str(python), faults
 
 
-def read_requirements() -> tuple[str, list[str]]:
-    """Return the first line of the list `peers` of setup.cfg, which all share, and the other lines."""
+def read_requirements(group: str = PEERS) -> tuple[str, list[str]]:
+    """Return the first line of a list of setup.cfg, which all of it share, and the other lines."""
     config = configparser.ConfigParser()
     config.read(ROOT / 'setup.cfg')
-    common, *requirements = config['options.extras_require']['peers'].split()
+    common, *requirements = config['options.extras_require'][group].split()
     return common, requirements
 
 

@@ -20,8 +20,8 @@ from torture.plan import Check, Plan
 from torture.reliability import Reliability
 
 SECTIONS = (
-    'solves', 'messages', 'parameters', 'files', 'load', 'heard', 'faults', 'network', 'servo', 'tools', 'soak',
-    'mutants',
+    'solves', 'messages', 'parameters', 'files', 'load', 'heard', 'faults', 'network', 'servo', 'tools', 'contact',
+    'soak', 'mutants',
 )  # fmt: skip
 REPORT = ROOT / 'docs' / 'reliability.md'
 

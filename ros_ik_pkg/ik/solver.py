@@ -33,6 +33,7 @@ from ros_ik_pkg.ik.search.entry import (
     solve_range,
     solve_usual,
 )
+from ros_ik_pkg.ik.search.search import COLLISION
 from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
 from ros_ik_pkg.ik.world import World
 
@@ -126,7 +127,7 @@ def solve(
     if room is not None:
         if call is solve_usual.compiled:
             _refuse_contact(row[: arm.n], options, room)
-        elif row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
+        elif row[STATUS - WIDTH] == COLLISION:  # an int: an enumeration takes a microsecond to compare
             return _solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
 
@@ -164,7 +165,7 @@ def _solve_at_length(
     count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
-    if room is not None and row[STATUS - WIDTH] == Status.COLLISION:
+    if room is not None and row[STATUS - WIDTH] == COLLISION:
 
         def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
             solve_range(arm.packed, numbers, target, q, origin, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
@@ -196,7 +197,7 @@ def take_best(
     for figure in (STEPS, ATTEMPTS, TIME):
         one[figure - WIDTH] = row[figure - WIDTH]
     if not (held and clear is not None and np.array_equal(one[: len(best)], best)):
-        one[STATUS - WIDTH], one[FOUND - WIDTH] = Status.COLLISION, 0.0
+        one[STATUS - WIDTH], one[FOUND - WIDTH] = COLLISION, 0.0
     row[:] = one
 
 
@@ -282,7 +283,7 @@ def solve_batch(
         k = int(bad[0])
         rows = slice(k * arm.n, (k + 1) * arm.n)
         raise ArgumentError(f'row {k}: {_argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
-    for k in np.flatnonzero(figures[STATUS] == Status.COLLISION).tolist():
+    for k in np.flatnonzero(figures[STATUS] == COLLISION).tolist():
         rows = slice(k * arm.n, (k + 1) * arm.n)
         out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room).row
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)

@@ -13,6 +13,7 @@ from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.search.entry import FOUND, STATUS
 from ros_ik_pkg.ik.search.pair_entry import solve_pair
+from ros_ik_pkg.ik.search.search import COLLISION
 from ros_ik_pkg.ik.solution import Solution, Status
 from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, MOST_ANSWERS, NOTHING, POSE, WIDTH, Transform, as_array, take_best
 from ros_ik_pkg.ik.world import World
@@ -93,7 +94,7 @@ def solve_tips(
     )
     if not good:
         raise _argument_error(arms, options, first, second, origin, distant)
-    if room is not None and row[STATUS - WIDTH] == Status.COLLISION:
+    if room is not None and row[STATUS - WIDTH] == COLLISION:
 
         def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
             solve_pair(chain, second_chain, starts, layout, numbers, poses, wanted, q, distant, one, NOTHING, NOTHING)

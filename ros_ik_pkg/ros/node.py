@@ -14,7 +14,6 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
-from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm, Compilation, IkError
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
@@ -97,7 +96,7 @@ class IkNode(Node):
         self._subscribe(topics.TOOL_POSE, self._tools.take)
         for topic in topics.PLANNING_SCENE_TOPICS:
             try:
-                self._subscribe(topic, self._on_scene)
+                self._subscribe(topic, self._on_obstacles)
             except RuntimeError as error:  # of rcl: types that the middleware cannot take end no node
                 self.get_logger().warning(f'not listening on {topic.name}: {error}')
         self._subscribe(topics.JOINT_STATES, self._on_joint_state)
@@ -231,7 +230,7 @@ class IkNode(Node):
         _complete(arm)
         new = arm is not None and not arm.same_robot(previous)
         arm_changed = self._handler.settings is not None and (new or (arm is None) != (previous is None))
-        self._handler.take_over(settings, arm)
+        self._leave_aside(self._handler.take_over(settings, arm))
         self._tips.take_over()
         if self._stream is not None:
             self._stream.take_over(settings, arm)
@@ -270,11 +269,8 @@ class IkNode(Node):
         if self._handler.arm is not None and not settings.srdf:
             self._take_over(settings, self._arm_for(settings, arm_changes=True))
 
-    def _on_obstacles(self, message: MarkerArray) -> None:
+    def _on_obstacles(self, message: Any) -> None:
         self._leave_aside(self._handler.take_obstacles(message))
-
-    def _on_scene(self, message: Any) -> None:
-        self._leave_aside(self._handler.take_scene(message))
 
     def _leave_aside(self, reasons: list[str]) -> None:
         for reason in reasons:

@@ -1,4 +1,4 @@
-"""The fields of the interfaces behind MoveIt's kinematics services, as moveit_msgs of Jazzy has them.
+"""The fields of MoveIt's planning scene and of its kinematics services, as moveit_msgs of Jazzy has them.
 
 Names, types and order of fields and constants decide the encoding; without comments and defaults, which do not.
 """
@@ -6,6 +6,10 @@ Names, types and order of fields and constants decide the encoding; without comm
 from __future__ import annotations
 
 OBJECT_RECOGNITION_MSGS = {'msg/ObjectType': 'string key; string db'}
+OCTOMAP_MSGS = {
+    'msg/Octomap': 'std_msgs/Header header; bool binary; string id; float64 resolution; int8[] data',
+    'msg/OctomapWithPose': 'std_msgs/Header header; geometry_msgs/Pose origin; octomap_msgs/Octomap octomap',
+}
 CODES = (
     'SUCCESS=1 UNDEFINED=0 FAILURE=99999 PLANNING_FAILED=-1 INVALID_MOTION_PLAN=-2 '
     'MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE=-3 CONTROL_FAILED=-4 UNABLE_TO_AQUIRE_SENSOR_DATA=-5 TIMED_OUT=-6 '
@@ -27,6 +31,17 @@ MOVEIT_MSGS = {
     'trajectory_msgs/JointTrajectory detach_posture; float64 weight',
     'msg/RobotState': 'sensor_msgs/JointState joint_state; sensor_msgs/MultiDOFJointState multi_dof_joint_state; '
     'AttachedCollisionObject[] attached_collision_objects; bool is_diff',
+    'msg/AllowedCollisionEntry': 'bool[] enabled',
+    'msg/AllowedCollisionMatrix': 'string[] entry_names; AllowedCollisionEntry[] entry_values; '
+    'string[] default_entry_names; bool[] default_entry_values',
+    'msg/LinkPadding': 'string link_name; float64 padding',
+    'msg/LinkScale': 'string link_name; float64 scale',
+    'msg/ObjectColor': 'string id; std_msgs/ColorRGBA color',
+    'msg/PlanningSceneWorld': 'CollisionObject[] collision_objects; octomap_msgs/OctomapWithPose octomap',
+    'msg/PlanningScene': 'string name; RobotState robot_state; string robot_model_name; '
+    'geometry_msgs/TransformStamped[] fixed_frame_transforms; AllowedCollisionMatrix allowed_collision_matrix; '
+    'LinkPadding[] link_padding; LinkScale[] link_scale; ObjectColor[] object_colors; PlanningSceneWorld world; '
+    'bool is_diff',
     'msg/BoundingVolume': 'shape_msgs/SolidPrimitive[] primitives; geometry_msgs/Pose[] primitive_poses; '
     'shape_msgs/Mesh[] meshes; geometry_msgs/Pose[] mesh_poses',
     'msg/JointConstraint': 'string joint_name; float64 position; float64 tolerance_above; float64 tolerance_below; '
@@ -48,4 +63,6 @@ MOVEIT_MSGS = {
     'srv/GetPositionFK': 'std_msgs/Header header; string[] fk_link_names; RobotState robot_state; ---; '
     'geometry_msgs/PoseStamped[] pose_stamped; string[] fk_link_names; MoveItErrorCodes error_code',
 }
-PACKAGES = {'object_recognition_msgs': OBJECT_RECOGNITION_MSGS, 'moveit_msgs': MOVEIT_MSGS}  # in the order of use
+PACKAGES = {
+    'object_recognition_msgs': OBJECT_RECOGNITION_MSGS, 'octomap_msgs': OCTOMAP_MSGS, 'moveit_msgs': MOVEIT_MSGS,
+}  # in the order of use

@@ -1,4 +1,4 @@
-"""MoveIt's kinematics services over DDS, judged by Pinocchio's own reading of the URDF.
+"""MoveIt's kinematics services and planning scene over DDS, judged by Pinocchio's own reading of the URDF.
 
 moveit_msgs has no wheels, so where it is not installed a stand-in is made with the same fields by rosidl's generators
 (test/moveit_stand_in). Its messages are real ones; what is not tested is MoveIt itself on the other side.
@@ -27,6 +27,7 @@ from ros_helpers import (
     pose_of,
     wait_until_ready,
 )
+from shape_msgs.msg import SolidPrimitive
 from visualization_msgs.msg import Marker, MarkerArray
 
 from bench.published_robots import PANDA
@@ -55,9 +56,15 @@ class MoveItClient(Client):
     """A client of the services, at the names that move_group gives them."""
 
     def __init__(self, node, name: str = topics.NODE_NAME) -> None:
+        from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningScene
         from moveit_msgs.srv import GetPositionFK, GetPositionIK
 
         super().__init__(node, name)
+        self.scenes, self.objects, self.held = (
+            self.node.create_publisher(kind, f'/{topic}', 10) for kind, topic in (
+                (PlanningScene, 'planning_scene'), (CollisionObject, 'collision_object'),
+                (AttachedCollisionObject, 'attached_collision_object'))
+        )  # fmt: skip
         self.ik_type, self.fk_type = GetPositionIK, GetPositionFK
         self._ik = self.node.create_client(GetPositionIK, '/compute_ik')
         self._fk = self.node.create_client(GetPositionFK, '/compute_fk')
@@ -391,3 +398,57 @@ def test_without_moveit_msgs_the_node_answers_targets_and_has_no_such_services(c
         names = dict(client.node.get_service_names_and_types())
         assert '/without/ik_node/pause' in names
         assert '/without/ik_node/compute_ik' not in names
+
+
+def solid(client, operation: bytes, kind: int, size, place, link: str = 'panda_link0'):
+    """Return a CollisionObject of one primitive at a place in the frame of a link."""
+    from moveit_msgs.msg import CollisionObject
+
+    thing = CollisionObject(id=f'thing {kind}', operation=operation)
+    thing.header.frame_id = link
+    thing.primitives = [SolidPrimitive(type=kind, dimensions=[float(value) for value in size])]
+    thing.primitive_poses = [pose_of(pin.SE3(np.eye(3), np.asarray(place)).homogeneous).pose]
+    return thing
+
+
+def until(client, publish, solved: bool) -> None:
+    """Publish until the answer clear of contact to the usual pose is there, or is not there."""
+    wanted, codes = link_pose(READY, TIP), []
+    while not codes or (codes[-1] == 'SUCCESS') != solved:
+        assert len(codes) < 200, codes
+        publish()
+        codes.append(client.code(lambda asked: setattr(asked, 'avoid_collisions', True), wanted))
+
+
+@pytest.mark.parametrize('topic', ['planning_scene', 'collision_object'])
+def test_an_object_of_moveits_messages_counts_until_it_is_removed(client, topic):
+    from moveit_msgs.msg import PlanningScene
+
+    def publish(operation: bytes) -> None:
+        ball = solid(client, operation, SolidPrimitive.SPHERE, [0.05], link_pose(READY, TIP)[:3, 3])
+        if topic == 'collision_object':
+            client.objects.publish(ball)
+        else:
+            scene = PlanningScene(is_diff=True)
+            scene.world.collision_objects = [ball]
+            client.scenes.publish(scene)
+
+    until(client, lambda: None, True)
+    until(client, lambda: publish(b'\x00'), False)
+    until(client, lambda: publish(b'\x01'), True)
+
+
+def test_a_held_object_moves_with_its_link(client):
+    from moveit_msgs.msg import AttachedCollisionObject
+
+    place = link_pose(READY, TIP) @ [0.0, 0.0, 0.35, 1.0]
+    ball = solid(client, b'\x00', SolidPrimitive.SPHERE, [0.03], place[:3])
+    rod = AttachedCollisionObject(
+        link_name=TIP, object=solid(client, b'\x00', SolidPrimitive.CYLINDER, [0.2, 0.01], (0.0, 0.0, 0.3), TIP))
+    until(client, lambda: client.objects.publish(ball), True)
+    until(client, lambda: client.held.publish(rod), False)  # it reaches into the ball
+    for message, publisher in ((rod, client.held), (ball, client.objects)):
+        getattr(message, 'object', message).operation = b'\x01'
+        publisher.publish(message)
+    rod.object.id, ball.id = '', ''  # that which was let go, too
+    until(client, lambda: client.held.publish(rod) or client.objects.publish(ball), True)

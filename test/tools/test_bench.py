@@ -287,7 +287,9 @@ def test_the_plot_is_drawn(judge, entries, reachable, tmp_path):
 def test_every_peer_of_the_requirements_has_a_library():
     common, requirements = peers.read_requirements()
     assert common == 'numpy<2'
-    assert {peers.library_of(line) for line in requirements} == set(peers.BRINGS.values())
+    _, others = peers.read_requirements(peers.COLLISION_PEERS)
+    assert {peers.library_of(line) for line in (*requirements, *others)} == set(peers.BRINGS.values())
+    assert {peers.library_of(line) for line in others} == {'pink', 'mink'}
 
 
 def test_the_reason_of_pip_is_kept():

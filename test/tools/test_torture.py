@@ -21,10 +21,12 @@ import pytest
 from ros_helpers import CALM, CALM_ARGUMENTS, TIMEOUT, allow_lark
 
 from bench import check
+from bench.collision import CROWDED
 from bench.judge import Judge
+from bench.published_robots import UR5, configurations
 from ros_ik_pkg.ik import load_arm
 from torture import __main__ as command
-from torture import files, habitats, load, messages, network, parameters, reliability, soak, solves, tools
+from torture import contact, files, habitats, load, messages, network, parameters, reliability, soak, solves, tools
 from torture import mutants as mutants_module
 from torture import peer as peer_module
 from torture.cable import CLEAR, CUT, Cable, Weather
@@ -203,6 +205,25 @@ def test_a_solution_for_another_tool_than_the_named_one_is_noticed():
         seen = SimpleNamespace(_judge=judge, sent=sent, named=[], judged=0, missed=0, ambiguous=0, foreign=0)
         tools.Tools._hold(seen, q[0], target, named)
         assert (seen.missed, seen.ambiguous, seen.foreign) == (missed, 0, foreign)
+
+
+def test_solutions_among_obstacles_are_clear_of_contact():
+    """In a process of its own, as those for tools."""
+    words = [sys.executable, '-m', 'torture', 'contact', '--count', '40']
+    done = subprocess.run(words, cwd=command.ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_solution_that_touches_is_noticed():
+    urdf, srdf, tip = UR5
+    arm = load_arm(urdf, tip=tip, srdf=srdf)
+    seen = SimpleNamespace(_judge=contact.judge_of(arm, urdf), judged=0, touching=0)
+    q = configurations(arm, 200, seed=1)
+    touching = [row for row in q if not arm.contacts.is_clear(row, 0.0, CROWDED, True)]
+    clear = contact.clear_configurations(arm, arm.contacts.room(CROWDED).packed, 5, 0)
+    for row in (*touching, *clear):
+        contact.Targets._hold(seen, arm.joint_names, row)
+    assert seen.judged == len(touching) + 5 and 5 < seen.touching == len(touching)
 
 
 def test_a_stamp_says_who_sent_which_target_and_when():

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 
 MOST_STEPS = 24
 CLOSE_ENOUGH = 1e-7  # [m] between bounds that count as one
@@ -235,3 +235,31 @@ def keep(work, a, b, c, i, j, k):
             work[24 + size] = weight
             size += 1
     return size
+
+
+@inlined
+def segment_distance(one, other, guess):
+    """Return a lower bound of the distance of two segments, whose ends follow the first three numbers of each (9,).
+
+    `guess` receives the direction between their nearest points (Ericson 2005, 5.1.9), which the bound holds along.
+    """
+    a, e, b, c, f = 0.0, 0.0, 0.0, 0.0, 0.0
+    for r in range(3):
+        u, v, w = one[6 + r] - one[3 + r], other[6 + r] - other[3 + r], one[3 + r] - other[3 + r]
+        a, e, b, c, f = a + u * u, e + v * v, b + u * v, c + u * w, f + v * w
+    apart = a * e - b * b
+    s = min(max((b * f - c * e) / apart, 0.0), 1.0) if apart > 1e-12 * a * e else 0.0
+    t = (b * s + f) / e if e > 0.0 else 0.0
+    if not 0.0 <= t <= 1.0 or e == 0.0:
+        t = min(max(t, 0.0), 1.0)
+        s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+    square, first, second, third, fourth = 0.0, 0.0, 0.0, 0.0, 0.0
+    for r in range(3):
+        guess[r] = one[3 + r] + s * (one[6 + r] - one[3 + r]) - other[3 + r] - t * (other[6 + r] - other[3 + r])
+        square += guess[r] * guess[r]
+        first, second = first + guess[r] * one[3 + r], second + guess[r] * one[6 + r]
+        third, fourth = third + guess[r] * other[3 + r], fourth + guess[r] * other[6 + r]
+    if not square > 0.0:
+        guess[0] = 1.0
+        return 0.0
+    return (min(first, second) - max(third, fourth)) / math.sqrt(square)

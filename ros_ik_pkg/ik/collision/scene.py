@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ros_ik_pkg.ik.collision.convex_distance import SCRATCH, furthest, hull_distance
+from ros_ik_pkg.ik.collision.convex_distance import SCRATCH, furthest, hull_distance, segment_distance
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 
@@ -19,6 +19,7 @@ HEADER = 7  # numbers before the parts of a packed scene
 JOINT = 17  # numbers of a joint: parent body, prismatic, variable, multiplier, offset, placement (12)
 PIECE = 17  # numbers of a piece: body, first vertex, few, radius, all, fine radius, sphere (4), capsule (7)
 BODY, FIRST, FEW, RADIUS, ALL, FINE_RADIUS, SPHERE, CAPSULE = 0, 1, 2, 3, 4, 5, 6, 10  # where they begin
+PAIR, KEPT = 3, 2  # numbers of a pair; which of them is the distance that its pieces keep
 PLACES = 9  # numbers of a placed piece: the sphere's centre, the capsule's ends
 POSE = 12  # rotation row by row, position
 NO_FLOOR = -math.inf
@@ -31,11 +32,12 @@ class Scene(NamedTuple):
     base: float  # body that the base frame is fixed to
     floor: float  # height in the base frame [m]
     joints: np.ndarray  # (m, JOINT) parents first; variable -1: the joint stays at its offset
-    poses: np.ndarray  # (m + 1, POSE) in the root frame, those that no variable moves are filled in
+    poses: np.ndarray  # (m + 1, POSE) in the root frame, those that no variable moves are filled in; first the identity
     pieces: np.ndarray  # (p, PIECE) in their bodies' frames
-    pairs: np.ndarray  # (k, 2) pieces that may touch
+    pairs: np.ndarray  # (k, PAIR) pieces that may touch, and the distance that they keep [m], -inf if none; that first
     above: np.ndarray  # (f,) pieces that the floor concerns
     body_from_base: np.ndarray  # (POSE,) pose of the base frame in its body
+    bounds: np.ndarray  # (2, variables) between which the pairs keep their distances [rad, m]
     vertices: np.ndarray  # (3, v) in their bodies' frames [m]
 
 
@@ -43,24 +45,28 @@ def pack_scene(scene: Scene) -> np.ndarray:
     """Put a scene into one flat float64 array."""
     sizes = [len(scene.joints), len(scene.pieces), len(scene.pairs), len(scene.above)]
     header = [*sizes, scene.variables, scene.base, scene.floor]
-    parts = (scene.joints, scene.poses, scene.pieces, scene.pairs, scene.above, scene.body_from_base, scene.vertices)
+    parts = (
+        scene.joints, scene.poses, scene.pieces, scene.pairs, scene.above, scene.body_from_base, scene.bounds,
+        scene.vertices,
+    )  # fmt: skip
     return np.concatenate([header, *(np.ravel(part).astype(np.float64) for part in parts)])
 
 
 @inlined
 def unpack_scene(scene):
     """Return the Scene that pack_scene packed, as views that are not counted as references: for kernels only."""
-    joints, pieces, pairs, above = int(scene[0]), int(scene[1]), int(scene[2]), int(scene[3])
+    joints, pieces, pairs, above, n = int(scene[0]), int(scene[1]), int(scene[2]), int(scene[3]), int(scene[4])
     a = HEADER + JOINT * joints
     b = a + POSE * (joints + 1)
     c = b + PIECE * pieces
-    d = c + 2 * pairs
+    d = c + PAIR * pairs
     e = d + above
     f = e + POSE
+    g = f + 2 * n
     return Scene(
         scene[4], scene[5], scene[6], shaped(scene, HEADER, (joints, JOINT)), shaped(scene, a, (joints + 1, POSE)),
-        shaped(scene, b, (pieces, PIECE)), shaped(scene, c, (pairs, 2)), shaped(scene, d, (above,)),
-        shaped(scene, e, (POSE,)), shaped(scene, f, (3, (len(scene) - f) // 3)),
+        shaped(scene, b, (pieces, PIECE)), shaped(scene, c, (pairs, PAIR)), shaped(scene, d, (above,)),
+        shaped(scene, e, (POSE,)), shaped(scene, f, (2, n)), shaped(scene, g, (3, (len(scene) - g) // 3)),
     )  # fmt: skip
 
 
@@ -109,8 +115,12 @@ def place(scene, q, placed):
             move(poses[int(joint[0])], joint, joint[3] * q[i] + joint[4] if i >= 0 else joint[4], poses[k + 1])
     for k in range(len(scene.pieces)):
         piece = scene.pieces[k]
-        pose, places = poses[int(piece[BODY])], placed.places[k]
+        body, places = int(piece[BODY]), placed.places[k]
+        pose = poses[body]
         for r in range(3):
+            if body == 0:
+                places[r], places[3 + r], places[6 + r] = piece[SPHERE + r], piece[CAPSULE + r], piece[CAPSULE + 3 + r]
+                continue
             x, y, z, origin = pose[3 * r], pose[3 * r + 1], pose[3 * r + 2], pose[9 + r]
             places[r] = x * piece[SPHERE] + y * piece[SPHERE + 1] + z * piece[SPHERE + 2] + origin
             places[3 + r] = x * piece[CAPSULE] + y * piece[CAPSULE + 1] + z * piece[CAPSULE + 2] + origin
@@ -172,34 +182,6 @@ def pair_bounds(scene, placed, k, clear, touch):
     return lower, upper
 
 
-@inlined
-def segment_distance(one, other, guess):
-    """Return a lower bound of the distance of two segments, whose ends follow the first three numbers of each (9,).
-
-    `guess` receives the direction between their nearest points (Ericson 2005, 5.1.9), which the bound holds along.
-    """
-    a, e, b, c, f = 0.0, 0.0, 0.0, 0.0, 0.0
-    for r in range(3):
-        u, v, w = one[6 + r] - one[3 + r], other[6 + r] - other[3 + r], one[3 + r] - other[3 + r]
-        a, e, b, c, f = a + u * u, e + v * v, b + u * v, c + u * w, f + v * w
-    apart = a * e - b * b
-    s = min(max((b * f - c * e) / apart, 0.0), 1.0) if apart > 1e-12 * a * e else 0.0
-    t = (b * s + f) / e if e > 0.0 else 0.0
-    if not 0.0 <= t <= 1.0 or e == 0.0:
-        t = min(max(t, 0.0), 1.0)
-        s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
-    square, first, second, third, fourth = 0.0, 0.0, 0.0, 0.0, 0.0
-    for r in range(3):
-        guess[r] = one[3 + r] + s * (one[6 + r] - one[3 + r]) - other[3 + r] - t * (other[6 + r] - other[3 + r])
-        square += guess[r] * guess[r]
-        first, second = first + guess[r] * one[3 + r], second + guess[r] * one[6 + r]
-        third, fourth = third + guess[r] * other[3 + r], fourth + guess[r] * other[6 + r]
-    if not square > 0.0:
-        guess[0] = 1.0
-        return 0.0
-    return (min(first, second) - max(third, fourth)) / math.sqrt(square)
-
-
 @kernel
 def lowest_point(scene, placed, k):
     """Return a lower bound of the height of piece k above the floor [m], negative below it. Write its lowest point
@@ -233,12 +215,24 @@ def floor_gap(scene, placed, k, clear):
     return lowest if lowest > clear else lowest_point(scene, placed, k)
 
 
+@inlined
+def between_bounds(scene, q):
+    """Return whether q is where the pairs keep their distances."""
+    for i in range(len(q)):
+        if not scene.bounds[0, i] <= q[i] <= scene.bounds[1, i]:
+            return False
+    return True
+
+
 @kernel
 def first_contact(scene, q, margin, placed):
     """Return the index of the first pair that is not provably further apart than `margin` [m] at q; after the pairs
     count the pieces above the floor. -1 if there is none: then nothing touches."""
     place(scene, q, placed)
+    kept = between_bounds(scene, q)
     for k in range(len(scene.pairs)):
+        if kept and scene.pairs[k, KEPT] > margin:
+            break
         lower, _ = pair_bounds(scene, placed, k, margin, margin)
         if not lower > margin:
             return k
@@ -253,8 +247,10 @@ def nearest_contact(scene, q, placed):
     """Return (lower bound of the least distance [m], the pair that has it), numbered as in `first_contact`; -1 if
     nothing can touch. If pieces overlap, the distance is minus their radii, not minus the depth."""
     place(scene, q, placed)
-    least, nearest = math.inf, -1
+    least, nearest, kept = math.inf, -1, between_bounds(scene, q)
     for k in range(len(scene.pairs)):
+        if kept and scene.pairs[k, KEPT] > least:
+            break
         lower, _ = pair_bounds(scene, placed, k, least, -math.inf)
         if lower < least:
             least, nearest = lower, k

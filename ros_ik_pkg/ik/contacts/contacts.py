@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
 from operator import is_
@@ -14,10 +14,20 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik.collision.scene import NO_FLOOR, PIECE, Scene, clearances_of, contacts_of, count_contacts, pack_scene
+from ros_ik_pkg.ik.collision.scene import (
+    NO_FLOOR,
+    PAIR,
+    PIECE,
+    Scene,
+    clearances_of,
+    contacts_of,
+    count_contacts,
+    pack_scene,
+)
 from ros_ik_pkg.ik.contacts.bodies import Piece, load_pieces
-from ros_ik_pkg.ik.contacts.frames import HELD, Bodies, make_bodies, row_of
+from ros_ik_pkg.ik.contacts.frames import HELD, Bodies, frame_of, make_bodies, row_of
 from ros_ik_pkg.ik.contacts.judge import FLOOR, Contact, Judge
+from ros_ik_pkg.ik.contacts.kept_apart import bounds_of, find_kept_apart
 from ros_ik_pkg.ik.contacts.levers import make_levers
 from ros_ik_pkg.ik.contacts.pairs import LeftOut, find_left_out
 from ros_ik_pkg.ik.contacts.srdf import read_srdf
@@ -54,12 +64,14 @@ class Contacts:
         allowed = {} if srdf is None else read_srdf(srdf, tree)
         self._pieces, self.warnings = load_pieces(tree, [Path(folder).expanduser() for folder in meshes])
         self._bodies = make_bodies(tree, variables)
+        self._bounds = bounds_of(self._bodies, lower, upper)
         self.left_out: tuple[LeftOut, ...] = find_left_out(tree, self._bodies, self._pieces, self._home, allowed)
         for warning in self.warnings:
             LOG.warning('%s', warning)
         LOG.info('links that may touch: %s', self.described())
         self._kept: Room | None = None
         self._obstacle_pieces: WeakKeyDictionary[Obstacle, Piece] = WeakKeyDictionary()
+        self._kept_apart = self._find_kept_apart()
 
     @property
     def known(self) -> bool:
@@ -82,6 +94,12 @@ class Contacts:
     def links(self) -> tuple[str, ...]:
         """Names of the links that have shapes."""
         return tuple(dict.fromkeys(piece.owner for piece in self._pieces))
+
+    def _find_kept_apart(self) -> dict[tuple[int, int], float]:
+        """Return the distance [m] that pairs of the robot's pieces keep, see `find_kept_apart`."""
+        room = Room(self, EMPTY, {})
+        owners = [room._body_of(piece)[0] for piece in self._pieces]
+        return find_kept_apart(room.packed, self._bodies, owners, room._pairs, room.levers, self._bounds)
 
     def pieces_of(self, link: str) -> tuple[Piece, ...]:
         """Return the shapes of a link, a mesh in convex parts."""
@@ -118,9 +136,13 @@ class Contacts:
 class Room:
     """An arm in a world: the packed scene for compiled code, and the exact check."""
 
-    def __init__(self, contacts: Contacts, world: World) -> None:
+    def __init__(
+        self, contacts: Contacts, world: World, kept_apart: Mapping[tuple[int, int], float] | None = None
+    ) -> None:
+        """`kept_apart`: the distance [m] that pairs of the robot's pieces keep; that of the contacts by default."""
         self.world = world
         self._contacts = contacts
+        self._kept_apart = contacts._kept_apart if kept_apart is None else kept_apart
         self._bodies: Bodies = contacts._bodies
         self._pieces = (*contacts._pieces, *map(contacts.piece_of, world.obstacles))
         self._held: dict[str, Obstacle] = {obstacle.name: obstacle for obstacle in world.obstacles}
@@ -180,7 +202,7 @@ class Room:
         return any(self._bodies.drives[body - 1][0] in self._contacts._variables for body in apart if body)
 
     def _find_pairs(self) -> list[tuple[int, int]]:
-        """Return the pairs of pieces that may touch and move relative to each other."""
+        """Return the pairs of pieces that may touch and move relative to each other, as a Scene has them in order."""
         left_out = {frozenset((pair.link, pair.other)) for pair in self._contacts.left_out}
         bodies = [self._body_of(piece)[0] for piece in self._pieces]
         moves: dict[tuple[int, int], bool] = {}
@@ -192,7 +214,11 @@ class Room:
                     moves[key] = bodies[i] != bodies[j] and self._between(*key)
                 if moves[key] and not self._may_touch(self._pieces[i].owner, self._pieces[j].owner, left_out):
                     pairs.append((i, j))
-        return pairs
+        return sorted(pairs, key=self._distance_kept)
+
+    def _distance_kept(self, pair: tuple[int, int]) -> float:
+        """Return the distance that two pieces keep [m], -inf if none is known."""
+        return self._kept_apart.get(pair, -np.inf)
 
     def _may_touch(self, one: str, other: str, left_out: set[frozenset[str]]) -> bool:
         """Return whether two owners of pieces may touch."""
@@ -213,6 +239,8 @@ class Room:
         count = 0
         for piece in self._pieces:
             body, frame = self._body_of(piece)
+            if body and joints[body - 1, 2] == HELD:  # it stands in the root frame
+                body, frame = 0, frame_of(poses[body]) @ frame
             cover = piece.cover
             vertices, axes = (points @ frame[:3, :3].T + frame[:3, 3] for points in (cover.points, piece.axes))
             rows.append([
@@ -223,9 +251,10 @@ class Room:
             count += len(vertices)
         base, frame = self._bodies.links[self._contacts._base]
         floor = NO_FLOOR if self.world.floor is None else self.world.floor
+        pairs = [(*pair, self._distance_kept(pair)) for pair in self._pairs]
         return pack_scene(Scene(
             len(self._contacts._variables), base, floor, joints, poses, np.array(rows).reshape(-1, PIECE),
-            np.array(self._pairs).reshape(-1, 2), np.array(self._grounded), row_of(frame),
+            np.array(pairs).reshape(-1, PAIR), np.array(self._grounded), row_of(frame), self._contacts._bounds,
             np.vstack([*points, np.empty((0, 3))]).T,
         ))  # fmt: skip
 

@@ -28,6 +28,7 @@ from ros_ik_pkg.ros.input.refusal import RefusedError
 from ros_ik_pkg.ros.input.target import Target
 
 PARTIAL = 'partial'
+MOST_SOLVES = 3  # of one path in a room that changes meanwhile
 
 
 @dataclass(frozen=True)
@@ -109,8 +110,38 @@ def _stamps(message: Path) -> np.ndarray | None:
     return np.array([1e-9 * (value - nanoseconds[0]) for value in nanoseconds])
 
 
-def answer_path(job: PathJob, go_on: Callable[[int], object]) -> PathResult:
-    """Return the result of a path; `go_on` is called repeatedly, and may raise RefusedError to end the solve."""
+def answer_path(
+    job: PathJob, go_on: Callable[[int], object], newest: Callable[[], World | None]
+) -> PathResult:
+    """Solve a path in the room as it is at the end.
+
+    If the room has changed meanwhile, the motion is judged once more, and the path is solved again unless it passes.
+    `go_on` is called repeatedly, and may raise RefusedError to end the solve; `newest` returns the World of the moment,
+    the same object while nothing changes.
+    """
+    for _ in range(MOST_SOLVES):
+        result, world = _answer_path(job, go_on), newest()
+        if world is job.world:
+            return result
+        job = replace(job, world=world, contacts=None if world is None else job.source.contacts)
+        if result.outcome == SOLVED and not _fault_in(job, result.solution):
+            return replace(result, job=job)
+    if result.outcome != SOLVED:
+        return result
+    return refused(job.message, 'room', f'the room changed while the path was solved, {MOST_SOLVES} times; the motions '
+                   'touch what is there now')  # fmt: skip
+
+
+def _fault_in(job: PathJob, solution: PathSolution) -> str:
+    """Return why a motion must not be published in the room of a job, empty if it may."""
+    try:
+        return fault_of_motion(solution, job.arm, job.options, job.path, job.room())
+    except ArgumentError as error:
+        return str(error)
+
+
+def _answer_path(job: PathJob, go_on: Callable[[int], object]) -> PathResult:
+    """Solve a path in the room of the job."""
     try:
         room = job.room()
         solution = solve_path(

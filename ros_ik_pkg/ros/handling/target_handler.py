@@ -10,7 +10,6 @@ import numpy as np
 from builtin_interfaces.msg import Time as Stamp
 from rclpy.clock import ROSClock
 from std_msgs.msg import Header
-from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, Solution, SolveOptions, Status, solve
 from ros_ik_pkg.ik.text import shorten
@@ -53,12 +52,13 @@ class TargetHandler:
         self._posture = HeldPosture()
         self.surroundings = Surroundings(joint_states)
 
-    def take_over(self, settings: Settings, arm: Arm | None) -> None:
-        """Use these settings and this arm from the next target on."""
+    def take_over(self, settings: Settings, arm: Arm | None) -> list[str]:
+        """Use these settings and this arm from the next target on; return why obstacles are left aside."""
         self._frames.set_timeout(settings.tf_timeout)
         self._commands.take_over(settings, arm)
         self.parameters, self.arm = settings, arm
         self.settings = self._posture.take_over(settings, arm)
+        return [] if arm is None else self.surroundings.take_over(arm, self.base_from_header)
 
     def handle(self, target: Target, trace: bool, waited: float = math.inf) -> Result | None:
         """Return the result of a target, refused or not; None if it can still wait for its transform.
@@ -145,14 +145,9 @@ class TargetHandler:
         self._commands.complete(result, start, reference, self.settings)
         return result
 
-    def take_obstacles(self, message: MarkerArray) -> list[str]:
-        """Take the obstacles of a message; return why some are left aside."""
-        return self.surroundings.markers.take(message, self.base_from_header)
-
-    def take_scene(self, message: Any) -> list[str]:
-        """Take the objects of one of MoveIt's messages; return why some are left aside."""
-        links = self.arm.frame_names if self.arm is not None else ()
-        return self.surroundings.scene.take(message, self.base_from_header, links)
+    def take_obstacles(self, message: Any) -> list[str]:
+        """Take obstacles of a MarkerArray or of MoveIt's messages; return why some are left aside."""
+        return self.surroundings.take(message, self.arm, self.base_from_header)
 
     def base_from_header(self, header: Header) -> np.ndarray:
         """Return the pose (4, 4) of the frame of a header in the base frame; raise RefusedError if it is not known."""

@@ -6,7 +6,7 @@ Only the fields are read, so nothing here imports moveit_msgs.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -19,10 +19,10 @@ from ros_ik_pkg.ik import ArgumentError, Obstacle
 from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.text import shorten, suggest
 from ros_ik_pkg.ik.world import MOST_OBSTACLES
+from ros_ik_pkg.ros.input.obstacle_markers import Place, moved
 from ros_ik_pkg.ros.input.refusal import RefusedError
 
 ADD, REMOVE, APPEND, MOVE = (bytes([value]) for value in range(4))
-Place = Callable[[Header], np.ndarray]  # pose (4, 4) of a header's frame in the base frame; may refuse
 
 
 class SceneObjects:
@@ -39,16 +39,22 @@ class SceneObjects:
         """Return all obstacles, including held ones."""
         return tuple(part for parts in (*self._room.values(), *self._held.values()) for part in parts)
 
-    def take(self, message: Any, place: Place, links: Sequence[str]) -> list[str]:
+    def move(self, base_from_old: np.ndarray) -> None:
+        """Leave all objects where they are in another base frame, in which the old one has this pose (4, 4)."""
+        self._room = {name: tuple(moved(part, base_from_old) for part in parts) for name, parts in self._room.items()}
+
+    def take(
+        self, message: Any, place: Place, links: Collection[str], tips: Collection[str] = ()
+    ) -> list[str]:
         """Take a PlanningScene, CollisionObject or AttachedCollisionObject of moveit_msgs; return why objects are
-        ignored. `links` are those of the robot."""
+        ignored. `links` are those of the robot, `tips` the frames that move with its tip."""
         if hasattr(message, 'link_name'):
             return self._guard(message.object.id, self._take_held, message, place, links)
         if hasattr(message, 'primitives'):
-            return self._guard(message.id, self._take_object, message, place)
-        return self._take_scene(message, place, links)
+            return self._guard(message.id, self._take_object, message, place, tips)
+        return self._take_scene(message, place, links, tips)
 
-    def _take_scene(self, message: Any, place: Place, links: Sequence[str]) -> list[str]:
+    def _take_scene(self, message: Any, place: Place, links: Collection[str], tips: Collection[str]) -> list[str]:
         """Take a whole scene or a difference."""
         if not message.is_diff:
             self._room.clear()
@@ -57,7 +63,7 @@ class SceneObjects:
         return [
             reason
             for item in (*message.world.collision_objects, *message.robot_state.attached_collision_objects)
-            for reason in self.take(item, place, links)
+            for reason in self.take(item, place, links, tips)
         ]
 
     @staticmethod
@@ -69,7 +75,7 @@ class SceneObjects:
             return [shorten(f'object {name!r}: {error}', 300)]
         return []
 
-    def _take_object(self, message: Any, place: Place) -> None:
+    def _take_object(self, message: Any, place: Place, tips: Collection[str]) -> None:
         name, operation = message.id, _operation(message)
         if operation == REMOVE:
             if not name:
@@ -80,11 +86,14 @@ class SceneObjects:
             raise ArgumentError('it is held; let go of it first')
         if operation == MOVE:
             raise ArgumentError('operation MOVE; expected ADD with the whole object')
+        if (frame := message.header.frame_id.removeprefix('/')) in tips:
+            raise ArgumentError(f'frame {frame!r} moves with the tip; send an AttachedCollisionObject for an object in '
+                                'the hand, or another frame')
         before = self._room.get(name, ()) if operation == APPEND else ()
         shapes = tuple(_parts(message, place(message.header), len(before)))
         self._room[name] = (*before, *self._check_count(shapes))
 
-    def _take_held(self, message: Any, place: Place, links: Sequence[str]) -> None:
+    def _take_held(self, message: Any, place: Place, links: Collection[str]) -> None:
         """Attach or release an object; a released object stays in the room where it is, as in MoveIt."""
         item, link = message.object, message.link_name
         if _operation(item) == REMOVE:

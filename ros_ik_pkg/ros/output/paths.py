@@ -8,6 +8,7 @@ from typing import NamedTuple
 from nav_msgs.msg import Path
 from rclpy.node import Node
 
+from ros_ik_pkg.ik import World
 from ros_ik_pkg.ros.handling.path_handler import PathJob, PathResult, answer_path, read_path, refused
 from ros_ik_pkg.ros.handling.result import INTERNAL_ERROR, SOLVED
 from ros_ik_pkg.ros.handling.target_handler import TargetHandler
@@ -75,9 +76,12 @@ class Paths:
             if job.source is not self._handler.arm:
                 raise RefusedError('superseded', 'the robot or its tool changed meanwhile')
 
+        def newest() -> World | None:
+            return self._handler.surroundings.newest(job.source, self._handler.settings)
+
         try:
             go_on(0)
-            result = answer_path(job, go_on)
+            result = answer_path(job, go_on, newest)
             go_on(0)  # a motion that was replaced meanwhile must not start
         except RefusedError as error:
             return refused(job.message, error.status, str(error))

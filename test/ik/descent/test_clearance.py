@@ -77,6 +77,28 @@ def test_with_the_objective_clearance_a_tracked_target_is_answered_further_from_
     assert min(clear) > 0.0
 
 
+def test_along_a_line_the_objective_clearance_keeps_more_distance(arm, room, close):
+    """Targets 2 mm apart, each solved from the answer before, as a tracked target is."""
+    gains = []
+    for row in close[:40]:
+        clearances = []
+        for options in (PLAIN, KEEP_CLEAR):
+            target, kept = arm.forward(row), []
+            q = solve(arm, target, row, options, world=WORLD).q
+            for _ in range(25):
+                target[2, 3] += 0.002
+                solution = solve(arm, target, q, options, world=WORLD)
+                if not solution.converged or np.abs(solution.q - q).max() > 0.5:
+                    break  # out of reach, or an obstacle is in the way
+                q = solution.q
+                kept.append(room.look(q).clearance)
+            clearances.append(kept)
+        shared = min(map(len, clearances))
+        if shared >= 15:
+            gains.append(np.mean(clearances[1][5:shared]) - np.mean(clearances[0][5:shared]))
+    assert len(gains) >= 15 and np.median(gains) > 0.004 and min(gains) > -0.005
+
+
 def test_clearance_moves_nothing_where_contact_does_not_count(arm, close):
     options = SolveOptions(null_space='clearance', avoid_collisions=False, deadline=10.0)
     bare = SolveOptions(avoid_collisions=False, deadline=10.0)

@@ -103,6 +103,49 @@ def test_an_obstacle_is_placed_in_the_frame_of_a_link():
     assert 'no_such' in handler.take_obstacles(marker(0, 0, 0, frame='no_such'))[0]
 
 
+def test_a_marker_that_is_locked_to_the_tip_is_carried_along():
+    handler = handler_with()
+    held = marker(0.1, 0, 0, size=0.05, frame=UR5[2])
+    assert 'moves with the tip' in handler.take_obstacles(held)[0]
+    held.markers[0].frame_locked = True
+    assert handler.take_obstacles(held) == []
+    world = handler.surroundings.newest(ARM, handler.settings)
+    assert [obstacle.link for obstacle in world.obstacles] == [UR5[2]]
+    free, carrying = ARM.contacts.room(), ARM.contacts.room(world)
+    touching = [q for q in configurations(ARM, 1000) if free.is_clear(q) and not carrying.is_clear(q)]
+    assert touching and all('room/0' in carrying.look(q).links for q in touching)
+
+
+def test_obstacles_that_come_before_the_robot_count_when_it_is_there():
+    handler = handler_with(arm=None)
+    target = ARM.forward(np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2]))
+    assert handler.take_obstacles(marker(*target[:3, 3])) == []
+    assert handler.take_obstacles(marker(0, 0, 0, frame='no_such')) == []
+    (reason,) = handler.take_over(handler.parameters, ARM)
+    assert 'no_such' in reason
+    result = handler.handle(target_of(target), trace=False)
+    assert result.status == 'collision' and 'room/0' in result.reason
+
+
+def test_obstacles_stay_where_they_are_when_the_base_frame_is_another():
+    handler = handler_with()
+    q = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
+    place = ARM.forward(q)[:3, 3]
+    handler.take_obstacles(marker(*place))
+    other = load_arm(UR5[0], base='shoulder_link', tip=UR5[2], srdf=UR5[1])
+    handler.joint_states.keep(joint_state(ARM.joint_names, q))
+    assert handler.take_over(handler.parameters, other) == []
+    (obstacle,) = handler.surroundings.markers.current()
+    assert np.allclose(obstacle.shape.frame_from_shape[:3, 3], other.forward(q[1:])[:3, 3])
+
+
+def test_obstacles_in_the_base_frame_of_another_robot_are_left_aside_with_a_reason():
+    handler = handler_with()
+    handler.take_obstacles(marker(0.5, 0, 0.5))
+    (reason,) = handler.take_over(handler.parameters, load_arm(PANDA[0], tip=PANDA[2], srdf=PANDA[1]))
+    assert ARM.base_frame in reason and handler.surroundings.markers.current() == ()
+
+
 def test_a_floor_through_the_base_is_refused_with_the_reason_and_the_next_target_is_right():
     handler = handler_with(ground=0.5)
     target = target_of(ARM.forward(np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from visualization_msgs.msg import Marker, MarkerArray
 
+from ros_ik_pkg.ik.model.transforms import transform
 from ros_ik_pkg.ros.input.obstacle_markers import ObstacleMarkers
 from ros_ik_pkg.ros.input.refusal import RefusedError
 
@@ -81,3 +82,30 @@ def test_a_marker_in_a_frame_that_cannot_be_placed_is_left_aside():
         raise RefusedError('frame', 'no such frame')
 
     assert 'no such frame' in take(ObstacleMarkers(), marker(), place=nowhere)[0]
+
+
+def test_a_marker_that_is_locked_to_a_link_is_attached_to_it():
+    markers = ObstacleMarkers()
+    locked = marker(x=0.3)
+    locked.header.frame_id, locked.frame_locked = 'hand', True
+    assert markers.take(MarkerArray(markers=[locked]), lambda header: 2.0 * np.eye(4), ('hand',), ('hand',)) == []
+    (obstacle,) = markers.current()
+    assert obstacle.link == 'hand' and obstacle.shape.frame_from_shape[:3, 3].tolist() == [0.3, 0.0, 0.0]
+
+
+def test_a_marker_in_the_frame_of_the_tip_is_left_aside_unless_it_is_attached():
+    markers = ObstacleMarkers()
+    loose = marker()
+    loose.header.frame_id = '/hand'
+    (reason,) = markers.take(MarkerArray(markers=[loose]), lambda header: np.eye(4), ('hand',), ('hand',))
+    assert "frame 'hand' moves with the tip" in reason and 'frame_locked' in reason and not markers.current()
+
+
+def test_obstacles_stay_where_they_are_when_the_base_frame_moves():
+    markers = ObstacleMarkers()
+    locked = marker(1)
+    locked.header.frame_id, locked.frame_locked = 'hand', True
+    markers.take(MarkerArray(markers=[marker(0, x=0.3), locked]), lambda header: np.eye(4), ('hand',))
+    markers.move(transform(np.eye(3), np.array([0.0, 0.0, -1.0])))
+    stands, held = (obstacle.shape.frame_from_shape[:3, 3].tolist() for obstacle in markers.current())
+    assert stands == [0.3, 0.0, -1.0] and held == [0.0, 0.0, 0.0]

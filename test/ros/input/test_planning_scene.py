@@ -126,6 +126,24 @@ def test_a_held_object_is_not_added_to_the_room_once_more(objects):
     assert 'it is held' in reason and len(objects.current()) == 1
 
 
+def test_an_object_in_the_frame_of_the_tip_is_left_aside_unless_it_is_attached(objects):
+    (reason,) = objects.take(item(frame='hand'), place, LINKS, ('hand',))
+    assert "frame 'hand' moves with the tip" in reason and 'AttachedCollisionObject' in reason
+    assert objects.take(held(), place, LINKS, ('hand',)) == [] and names(objects)
+    assert objects.take(held(operation=REMOVE), place, LINKS, ('hand',)) == []  # let go: it stays where the hand is
+
+
+def test_objects_stay_where_they_are_when_the_base_frame_moves(objects):
+    objects.take(item(), place, LINKS)
+    objects.take(held(name='cup'), place, LINKS)
+    before = {obstacle.name: obstacle.shape.frame_from_shape for obstacle in objects.current()}
+    up = transform(np.eye(3), np.array([0.0, 0.0, 1.0]))
+    objects.move(up)
+    for obstacle in objects.current():
+        expected = before[obstacle.name] if obstacle.link else up @ before[obstacle.name]
+        assert np.allclose(obstacle.shape.frame_from_shape, expected)
+
+
 def test_a_whole_scene_replaces_everything_and_a_difference_adds(objects):
     objects.take(item('old'), place, LINKS)
     assert objects.take(scene([item('new')], [held(name='cup')]), place, LINKS) == []
