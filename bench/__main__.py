@@ -44,6 +44,8 @@ def main() -> int:
             return measure_collision(arguments.collision)
         if arguments.check_paths:
             return check_paths(arguments.check_paths)
+        if arguments.branches:
+            return measure_branches(arguments.branches)
         if arguments.servo:
             return measure_servo(arguments.servo)
         if arguments.reach:
@@ -73,6 +75,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--collision', type=_positive, metavar='N')
     parser.add_argument('--check-paths', type=_positive, metavar='N')
+    parser.add_argument('--branches', type=_positive, metavar='N')
     parser.add_argument('--servo', type=_positive, metavar='N')
     parser.add_argument('--reach', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
@@ -134,6 +137,16 @@ def check_paths(count: int) -> int:
     rows, wrong = check_rows(count)
     print(markdown([CHECK_HEAD, *rows]))
     return int(wrong > 0)
+
+
+def measure_branches(count: int) -> int:
+    """Print every branch of N poses of each six-joint arm beside a closed form; 1 if something is missing or wrong."""
+    from bench.branches import BRANCHES_HEAD, LEAPS_HEAD, NONE_HEAD, branch_rows, leap_rows
+
+    rows, none_rows, faults = branch_rows(count)
+    tables = [BRANCHES_HEAD, *rows], [NONE_HEAD, *none_rows], [LEAPS_HEAD, *leap_rows()]
+    print('\n\n'.join(map(markdown, tables)))
+    return int(faults > 0)
 
 
 def measure_servo(count: int) -> int:
