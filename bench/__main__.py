@@ -44,21 +44,19 @@ def main() -> int:
             return measure_collision(arguments.collision)
         if arguments.check_paths:
             return check_paths(arguments.check_paths)
-        if arguments.branches:
-            return measure_branches(arguments.branches)
         if arguments.servo:
             return measure_servo(arguments.servo)
         if arguments.reach:
             return measure_reach(arguments.reach)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
-        measure(arguments, report)
+        faults = measure(arguments, report)
         report.save(arguments.output)
+        return int(faults > 0)
     except (IkError, WorkerError) as error:
         print(f'bench: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130
-    return 0
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -75,7 +73,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--zoo', type=_positive, metavar='N')
     parser.add_argument('--collision', type=_positive, metavar='N')
     parser.add_argument('--check-paths', type=_positive, metavar='N')
-    parser.add_argument('--branches', type=_positive, metavar='N')
+    parser.add_argument('--branches', type=_positive, nargs='?', const=1000, metavar='N')
     parser.add_argument('--servo', type=_positive, metavar='N')
     parser.add_argument('--reach', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
@@ -94,6 +92,7 @@ def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
     if arguments.all:
         for flag in SECTIONS:
             setattr(arguments, flag, True)
+        arguments.branches = arguments.branches or arguments.count
     if arguments.peers and not arguments.output:
         arguments.output = ROOT / 'docs' / 'benchmark.md'
     if arguments.output and not arguments.output.parent.is_dir():
@@ -139,16 +138,6 @@ def check_paths(count: int) -> int:
     return int(wrong > 0)
 
 
-def measure_branches(count: int) -> int:
-    """Print every branch of N poses of each six-joint arm beside a closed form; 1 if something is missing or wrong."""
-    from bench.branches import BRANCHES_HEAD, LEAPS_HEAD, NONE_HEAD, branch_rows, leap_rows
-
-    rows, none_rows, faults = branch_rows(count)
-    tables = [BRANCHES_HEAD, *rows], [NONE_HEAD, *none_rows], [LEAPS_HEAD, *leap_rows()]
-    print('\n\n'.join(map(markdown, tables)))
-    return int(faults > 0)
-
-
 def measure_servo(count: int) -> int:
     """Print the tables of the servo, and draw its lines; 1 if a reason is wrong more often than in one of 100 runs."""
     from bench.servo_lines import LINES_HEAD, line_rows
@@ -173,9 +162,10 @@ def measure_reach(count: int) -> int:
     return int(wrong > 0)
 
 
-def measure(arguments: argparse.Namespace, report: Report) -> None:
-    """Fill the report."""
-    if arguments.peers or not any(getattr(arguments, flag) for flag in SECTIONS):
+def measure(arguments: argparse.Namespace, report: Report) -> int:
+    """Fill the report; return how much of it was wrong."""
+    faults = 0
+    if arguments.peers or not any(getattr(arguments, flag) for flag in (*SECTIONS, 'branches')):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
         rows = [batch_row(load_arm(robot), options) for robot in tqdm(arguments.robots, leave=False)]
@@ -207,6 +197,13 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
 
         for title, text, table in (*ros_rows(arguments.robots[0]), *service_rows(arguments.robots[0])):
             report.add(title, text, table)
+    if arguments.branches:
+        from bench.branches import branch_tables
+
+        tables, faults = branch_tables(arguments.branches)
+        for title, text, table in tables:
+            report.add(title, text, table)
+    return faults
 
 
 def measure_solves(arguments: argparse.Namespace, report: Report) -> None:

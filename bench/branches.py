@@ -12,14 +12,15 @@ from bench.judge import Judge
 from bench.path_judge import closed_form_branches
 from bench.peers import make_environment
 from bench.published_robots import UR10, Z1
+from bench.table import Table
 from ros_ik_pkg.ik import METHODS, Arm, Solution, SolveOptions, load_arm, solve
 
-BRANCHES_HEAD = (
+BRANCHES_HEAD = [
     'arm', 'poses', 'branches by', 'in our list', 'listed twice', 'wrong', 'by proof', 'median [us]', 'p99 [us]',
     'nearest [us]', 'beaten',
-)  # fmt: skip
-NONE_HEAD = ('arm', 'poses', 'said so', 'by proof', 'wrongly', 'median [us]', 'p99 [us]')
-LEAPS_HEAD = ('arm', 'method', 'targets', 'leaps', 'not solved')
+]  # fmt: skip
+NONE_HEAD = ['arm', 'poses', 'said so', 'by proof', 'wrongly', 'median [us]', 'p99 [us]']
+LEAPS_HEAD = ['arm', 'method', 'targets', 'leaps', 'not solved']
 # Axes of industrial arms by their data sheets: origin [m] in the frame before, axis, limits [deg].
 KR6_R900 = (
     ('0 0 0.4', '0 0 -1', -170, 170), ('0.025 0 0', '0 1 0', -190, 45), ('0.455 0 0', '0 1 0', -120, 156),
@@ -35,6 +36,21 @@ LEAP = 1.0  # rad of a joint
 SEED = 13
 TARGETS = 1500  # for leaps
 TURN = 2.0 * np.pi
+
+
+def branch_tables(count: int) -> tuple[list[tuple[str, str, Table]], int]:
+    """Return titles, texts and tables for `count` poses of each arm, and how much in them is wrong."""
+    rows, none_rows, faults = branch_rows(count)
+    every = (
+        'choice: all and nearest on reachable poses from random seeds, beside a closed form within the same limits; '
+        'time that the core was busy with the call. Judged by Pinocchio. beaten: nearest, by a branch of theirs.'
+    )
+    none = 'choice: first on poses within reach of which the closed form has no branch. wrongly: poses that have one.'
+    leaps = f'choice: nearest near singular wrists; a leap is more than {LEAP} rad to a target within 0.1 rad.'
+    return [
+        ('All branches', every, [BRANCHES_HEAD, *rows]), ('No solution', none, [NONE_HEAD, *none_rows]),
+        ('Leaps', leaps, [LEAPS_HEAD, *leap_rows()]),
+    ], faults  # fmt: skip
 
 
 def arms_of_closed_form() -> list[Arm]:
@@ -56,7 +72,7 @@ def urdf_of(name: str, axes: tuple[tuple[str, str, float, float], ...]) -> str:
     return f'<robot name="{name}">{"".join(links + joints)}</robot>'
 
 
-def branch_rows(count: int) -> tuple[list[tuple[str, ...]], list[tuple[str, ...]], int]:
+def branch_rows(count: int) -> tuple[Table, Table, int]:
     """Return the rows under BRANCHES_HEAD and under NONE_HEAD, and how much was wrong in all."""
     python, _ = make_environment()
     rows, none_rows, faults = [], [], 0
@@ -114,7 +130,7 @@ def gaps(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def branch_row(
     arm: Arm, library: str, poses: np.ndarray, seeds: np.ndarray, theirs: list[np.ndarray]
-) -> tuple[tuple[str, ...], int]:
+) -> tuple[list[str], int]:
     """Return the row of an arm, and how many branches are missing, listed twice or wrong and `nearest` ones beaten."""
     judge = Judge(arm)
     every, nearest = (SolveOptions(choice=choice, avoid_collisions=False) for choice in ('all', 'nearest'))
@@ -132,16 +148,16 @@ def branch_row(
         shortest = np.linalg.norm(known - seed, axis=1).min(initial=np.inf)
         beaten += not answer.converged or np.linalg.norm(answer.q - seed) > shortest + NEARER
     total = sum(map(len, theirs))
-    return (
+    return [
         arm.name, str(len(poses)), f'{library}: {total}', f'{100 * listed / total:.2f} %', str(twice), str(wrong),
         f'{100 * proven / len(poses):.2f} %', f'{1e6 * np.median(times):.1f}', f'{1e6 * np.percentile(times, 99):.1f}',
         f'{1e6 * np.median(times_of_nearest):.1f}', str(beaten),
-    ), total - listed + twice + wrong + beaten  # fmt: skip
+    ], total - listed + twice + wrong + beaten  # fmt: skip
 
 
 def no_answer_row(
     arm: Arm, poses: np.ndarray, seeds: np.ndarray, theirs: list[np.ndarray]
-) -> tuple[tuple[str, ...], int]:
+) -> tuple[list[str], int]:
     """Return the row of an arm for poses of which the closed form knows no branch within the limits, and how many of
     the poses that have one are said to have none."""
     options = SolveOptions(avoid_collisions=False)
@@ -155,13 +171,13 @@ def no_answer_row(
         said += not answer.converged
         proven += answer.completeness == 'proof'
         times.append(seconds)
-    return (
+    return [
         arm.name, str(none), str(said), f'{100 * proven / none:.2f} %', str(wrongly), f'{1e6 * np.median(times):.1f}',
         f'{1e6 * np.percentile(times, 99):.1f}',
-    ), wrongly  # fmt: skip
+    ], wrongly  # fmt: skip
 
 
-def leap_rows() -> list[tuple[str, ...]]:
+def leap_rows() -> Table:
     """Return the rows under LEAPS_HEAD: `nearest` to targets that joints reach within 0.1 rad of the seed, every other
     one near the singularity of the wrist."""
     rows = []
@@ -182,5 +198,5 @@ def leap_rows() -> list[tuple[str, ...]]:
                 answer = solve(arm, arm.forward(q + step), q, options)
                 unsolved += not answer.converged
                 leaps += answer.converged and np.abs(answer.q - q).max() > LEAP
-            rows.append((name, method, str(TARGETS), str(leaps), str(unsolved)))
+            rows.append([name, method, str(TARGETS), str(leaps), str(unsolved)])
     return rows
