@@ -41,8 +41,7 @@ ROOMS = {
     'ik': (
         'exceptions', 'text', 'solution', 'kernel', 'motion', 'kinematics', 'branches', 'collision', 'step', 'descent',
         'search', 'model', 'world', 'contacts', 'options', 'arm', 'loading', 'arm_tree', 'solver', 'tip_solver',
-        'compilation',
-        'path', 'reachability', '__init__',
+        'compilation', 'path', 'reachability', '__init__',
     ),
     'ros': (
         'interface', 'runtime', 'input', 'handling', 'servo', 'output', 'reply', 'client', 'node', 'ik_node',

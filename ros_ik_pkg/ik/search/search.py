@@ -166,6 +166,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             if verdict == BEYOND_TOLERANCE:  # by the rounding of whole turns
                 best_norm, status_of_best = 0.0, STALLED
                 assign(work.best, work.q)
+                certainty = STARTS if from_branch else certainty  # there is a solution beside it
             elif verdict == TOUCHING:
                 rank, before = rank_solution(work.q, ACCEPTED, preferences), touching
                 touching = keep_touching(geometry, work.q, rank, preferences.obstruction, touching)
@@ -182,7 +183,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         to_tolerance = kind == BY_METHOD and status != CONVERGED and (nearest <= plan.close or from_branch)
         to_tolerance = to_tolerance and plan.finish_by_lm
         if from_branch and status != CONVERGED and not to_tolerance and (nearest <= plan.close or kind == BY_METHOD):
-            certainty = STARTS  # no more than a rounding error tells whether it leads to a solution
+            certainty = STARTS  # too close to say that there is no solution
         if attempts == plan.ask_after:
             branches, certainty = ask_for_branches(geometry, scale, task, tuning, preferences, work, recorder)
         late = status == DEADLINE or passed(plan.stop_time, work.clock)
