@@ -133,7 +133,8 @@ def branch_row(
 ) -> tuple[list[str], int]:
     """Return the row of an arm, and how many branches are missing, listed twice or wrong and `nearest` ones beaten."""
     judge = Judge(arm)
-    every, nearest = (SolveOptions(choice=choice, avoid_collisions=False) for choice in ('all', 'nearest'))
+    every = SolveOptions(choice='all', deadline=0.0, avoid_collisions=False)
+    nearest = SolveOptions(choice='nearest', deadline=0.0, avoid_collisions=False)
     listed, twice, wrong, proven, beaten, times, times_of_nearest = 0, 0, 0, 0, 0, [], []
     for pose, seed, known in zip(poses, seeds, theirs):
         answer, seconds = timed(arm, pose, seed, every)
@@ -160,7 +161,7 @@ def no_answer_row(
 ) -> tuple[list[str], int]:
     """Return the row of an arm for poses of which the closed form knows no branch within the limits, and how many of
     the poses that have one are said to have none."""
-    options = SolveOptions(avoid_collisions=False)
+    options = SolveOptions(deadline=0.0, avoid_collisions=False)
     none, said, proven, wrongly, times = 0, 0, 0, 0, []
     for pose, seed, known in zip(poses, seeds, theirs):
         answer, seconds = timed(arm, pose, seed, options)
