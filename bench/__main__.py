@@ -64,14 +64,14 @@ def main() -> int:
         if arguments.reach:
             return measure_reach(arguments.reach)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
-        measure(arguments, report)
+        faults = measure(arguments, report)
         report.save(arguments.output)
+        return int(faults > 0)
     except (IkError, WorkerError) as error:
         print(f'bench: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130
-    return 0
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -87,6 +87,10 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--all', action='store_true', help='all of these')
     for flag, text in CHECKS.items():
         parser.add_argument(f'--{flag}', type=_positive, metavar='N', help=text)
+    parser.add_argument(
+        '--branches', type=_positive, nargs='?', const=1000, metavar='N',
+        help='all solutions of six-joint arms for N poses, beside closed forms (default: %(const)s)',
+    )  # fmt: skip
     parser.add_argument('--output', type=Path, help='file for the report, its plot beside it')
     return parser
 
@@ -103,6 +107,7 @@ def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
     if arguments.all:
         for flag in SECTIONS:
             setattr(arguments, flag, True)
+        arguments.branches = arguments.branches or arguments.count
     if arguments.peers and not arguments.output:
         arguments.output = ROOT / 'docs' / 'benchmark.md'
     if arguments.output and not arguments.output.parent.is_dir():
@@ -178,9 +183,10 @@ def measure_reach(count: int) -> int:
     return int(wrong > 0)
 
 
-def measure(arguments: argparse.Namespace, report: Report) -> None:
-    """Fill the report."""
-    if arguments.peers or not any(getattr(arguments, flag) for flag in SECTIONS):
+def measure(arguments: argparse.Namespace, report: Report) -> int:
+    """Fill the report; return how much of it was wrong."""
+    faults = 0
+    if arguments.peers or not any(getattr(arguments, flag) for flag in (*SECTIONS, 'branches')):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
         rows = [batch_row(load_arm(robot), options) for robot in tqdm(arguments.robots, leave=False)]
@@ -215,6 +221,13 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
 
         for title, text, table in (*ros_rows(arguments.robots[0]), *service_rows(arguments.robots[0])):
             report.add(title, text, table)
+    if arguments.branches:
+        from bench.branches import branch_tables
+
+        tables, faults = branch_tables(arguments.branches)
+        for title, text, table in tables:
+            report.add(title, text, table)
+    return faults
 
 
 def measure_solves(arguments: argparse.Namespace, report: Report) -> None:

@@ -17,6 +17,7 @@ ROBOTS = SHARE / 'example-robot-data' / 'robots'
 PANDA = ROBOTS / 'panda_description/urdf/panda.urdf', ROBOTS / 'panda_description/srdf/panda.srdf', 'panda_hand_tcp'
 XARM7 = ROBOTS / 'xarm_description/urdf/xarm7.urdf', ROBOTS / 'xarm_description/srdf/xarm7.srdf', None
 UR5 = ROBOTS / 'ur_description/urdf/ur5_robot.urdf', ROBOTS / 'ur_description/srdf/ur5.srdf', 'ee_link'
+UR10 = ROBOTS / 'ur_description/urdf/ur10_robot.urdf', None, 'ee_link'
 Z1 = ROBOTS / 'z1_description/urdf/z1.urdf', ROBOTS / 'z1_description/srdf/z1.srdf', None
 SO100 = ROBOTS / 'so_arm_description/urdf/so100.urdf', None, None
 TIAGO = ROBOTS / 'tiago_description/robots/tiago_no_hand.urdf', None, 'arm_tool_link'

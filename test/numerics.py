@@ -11,7 +11,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from ros_ik_pkg.ik import SolveOptions, load_arm
-from ros_ik_pkg.ik.kernel.data_layout import Joints, Tuning, Workspace, blocks
+from ros_ik_pkg.ik.kernel.data_layout import BRANCH_ROWS, Joints, Tuning, Workspace, blocks
 from ros_ik_pkg.ik.kernel.pair_layout import PairWorkspace
 from ros_ik_pkg.ik.step.methods import take_step
 
@@ -113,7 +113,8 @@ def make_workspace(joints, n, starts=1):
         y=np.empty(6), A=np.empty((6, 6)), rhs=np.empty(6), U=np.empty((6, 6)), W=np.empty((6, n)),
         sigma=np.empty(6), dq=np.empty(n), q=np.empty(n),
         near=np.empty(n), best=np.empty(n), seed=np.empty(n), null=np.empty(n), went=np.empty(n),
-        trial=np.empty((n, 6)), scales=np.empty(0), scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
+        trial=np.empty((n, 6)), scales=np.empty(0), branches=np.empty((BRANCH_ROWS, 6)),
+        scores=np.empty(starts, np.float32), clock=np.empty(2, np.int64),
     )  # fmt: skip
 
 

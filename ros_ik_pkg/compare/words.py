@@ -54,7 +54,7 @@ _TEXTS = {
 _OTHER_STATUSES = {
     'pl': {
         Status.DEADLINE: 'przekracza dozwolony czas',
-        Status.UNREACHABLE: 'nie sięga celu: każde zejście kończy się w pewnej odległości od niego',
+        Status.UNREACHABLE: 'nie sięga celu: nie prowadzi do niego żadne położenie przegubów w granicach',
         Status.COLLISION: 'ma rozwiązania, lecz każde dotyka robota albo otoczenia',
         Status.JOINT_JUMP: 'ma rozwiązania, lecz każde leży dalej niż pozwala max_joint_jump',
     }

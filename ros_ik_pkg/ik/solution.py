@@ -66,7 +66,7 @@ _TEXTS = {
     Status.DIVERGED: 'the error grew: the step left the region where the linear model holds',
     Status.NOT_FINITE: 'the step was not a finite number: the Jacobian is singular and the method has no damping',
     Status.DEADLINE: 'the time ran out',
-    Status.UNREACHABLE: 'out of reach: every descent ends at a distance from the target',
+    Status.UNREACHABLE: 'out of reach: no joint positions within the limits lead to the target',
     Status.JOINT_JUMP: 'answers exist, but each is further from the reference than max_joint_jump allows',
     Status.COLLISION: 'configurations within both tolerances exist, but in each that was found something touches',
 }
@@ -107,8 +107,12 @@ FIGURES = (
     'sigma_min',
     'limits_mask',
     'seed_clipped',
+    'completeness',
     'solve_time',
 )
+# What a search knows of the solutions that it does not return, by the number that the compiled code writes.
+COMPLETENESS = ('', 'exhaustion', 'family', 'proof')
+NOT_KNOWN, BY_EXHAUSTION, FAMILY, BY_PROOF = range(len(COMPLETENESS))
 
 
 def _figure(name: str, kind: Any, text: str) -> Any:
@@ -187,6 +191,13 @@ class Solution:
     )
     limits_mask = _figure('limits_mask', int, 'Number whose bit i is set if joint i is at a limit.')
     seed_clipped = _figure('seed_clipped', bool, 'The seed was outside the limits and was brought inside first.')
+    completeness = _figure(
+        'completeness', lambda number: COMPLETENESS[int(number)] if number > 0 else '',
+        "What is known of other solutions. 'proof': there are none within the limits but those in `solutions`, with "
+        "choice='nearest' none is nearer than q, and after a failure there is none at all. 'exhaustion': so it is very "
+        "likely, for further attempts found nothing. 'family': the pose is singular, and solutions form a continuous "
+        "family, of which some are listed. '': nothing.",
+    )
     solve_time = _figure('solve_time', float, 'Seconds inside the compiled search.')
 
     @property

@@ -20,6 +20,7 @@ from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
+    COMPLETENESS,
     FOUND,
     JOINT_DISTANCE,
     NOT_AN_ARGUMENT,
@@ -34,7 +35,7 @@ from ros_ik_pkg.ik.search.entry import (
     solve_usual,
 )
 from ros_ik_pkg.ik.search.search import COLLISION
-from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
+from ros_ik_pkg.ik.solution import FIGURES, NOT_KNOWN, Solution, Status, Trace
 from ros_ik_pkg.ik.world import World
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
@@ -173,6 +174,7 @@ def _solve_at_length(
         take_best(look_at, options, room, touching[~np.isnan(touching[:, 0])], row)
         if row[STATUS - WIDTH] == Status.CONVERGED and options.choice == 'all':
             answers[0] = row[:n]
+            row[COMPLETENESS - WIDTH] = NOT_KNOWN  # coal may find others clear too
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
     return Solution(row, found, _trace(rows, count, n) if trace else None, room)
 
@@ -194,7 +196,7 @@ def take_best(
     one = np.empty_like(row)
     look_at(best, lone.numbers, one)
     held = one[STATUS - WIDTH] in (Status.CONVERGED, Status.JOINT_JUMP)
-    for figure in (STEPS, ATTEMPTS, TIME):
+    for figure in (STEPS, ATTEMPTS, COMPLETENESS, TIME):
         one[figure - WIDTH] = row[figure - WIDTH]
     if not (held and clear is not None and np.array_equal(one[: len(best)], best)):
         one[STATUS - WIDTH], one[FOUND - WIDTH] = COLLISION, 0.0

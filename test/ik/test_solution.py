@@ -25,7 +25,7 @@ def made_up(**values):
 def test_every_figure_is_read_off_its_place_in_the_row():
     row = np.concatenate([np.arange(7.0), np.arange(len(FIGURES)) + 1.0])
     solution = Solution(row)
-    names = [name for name in FIGURES if name not in ('status', 'found', 'seed_clipped')]
+    names = [name for name in FIGURES if name not in ('status', 'found', 'seed_clipped', 'completeness')]
     assert [getattr(solution, name) for name in names] == [FIGURES.index(name) + 1 for name in names]
     assert solution.q.tolist() == list(range(7)) and solution.status is Status.MAX_ITERATIONS
     assert solution.seed_clipped is True and not solution.converged

@@ -20,6 +20,7 @@ from ros_ik_pkg.methods import option_names
 
 TRACE_WIDTH = len(TRACE_COLUMNS)
 HEADER = 3  # numbers before the parts of a packed arm
+BRANCH_ROWS = 12  # of Workspace.branches
 
 
 # Shapes of arrays: nj joints, n variables. A block of memory holds all arrays of one shape, and the fields of the
@@ -150,6 +151,7 @@ class Workspace(NamedTuple):
     went: PerVariable  # last step in it
     trial: ByColumn  # Jacobian by columns of a trial configuration
     scales: PerVariable  # of the Jacobian's columns in a step, or (0,) if the option joint_weights is unset
+    branches: np.ndarray  # (BRANCH_ROWS, 6) starts by closed form, see branches/six_joints.py
     scores: np.ndarray  # (m,) how far each start is from the target
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
@@ -228,7 +230,7 @@ SQUARES, SIXES, BY_COLUMN, BY_ROW, VECTORS = (
     count_arrays(shape, Workspace, Recorder) for shape in (Square, Six, ByColumn, ByRow, PerVariable)
 )
 WORK, RECORD = places_in_block(Workspace, Recorder)
-FIXED = 36 * SQUARES + 6 * SIXES
+FIXED = 36 * SQUARES + 6 * SIXES + 6 * BRANCH_ROWS
 PER_VARIABLE = 6 * (BY_COLUMN + BY_ROW) + VECTORS + 1  # and one answer (n,)
 
 
@@ -261,6 +263,7 @@ def make_records(model, buffer, scores, integers, rows, weighted):
         e=sixes[WORK.e], weights=sixes[WORK.weights], y=sixes[WORK.y], rhs=sixes[WORK.rhs], sigma=sixes[WORK.sigma],
         dq=vectors[WORK.dq], q=vectors[WORK.q], near=vectors[WORK.near], best=vectors[WORK.best],
         seed=vectors[WORK.seed], null=vectors[WORK.null], went=vectors[WORK.went],
+        branches=shaped(buffer, SQUARES * 36 + 6 * SIXES, (BRANCH_ROWS, 6)),
         scales=shaped(vectors, WORK.scales * n, (weighted,)), scores=scores, clock=shaped(integers, 0, (2,)),
     )  # fmt: skip
     if rows is None:  # a statement, because Numba does not drop the branches of an `if` expression

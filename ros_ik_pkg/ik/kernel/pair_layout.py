@@ -58,7 +58,7 @@ class PairStarts(NamedTuple):
 class PairWorkspace(NamedTuple):
     """The memory of a search for a pair: the workspaces of both tips, and their rows as one system.
 
-    The fields are those of Workspace, without those for the null space and a trace.
+    The fields are those of Workspace, without those for the null space, a trace and closed forms.
     """
 
     first: Workspace  # its q and dq are those of the pair
@@ -128,5 +128,5 @@ def make_tip(model, memory, vectors, scores, clock):
     return Workspace(
         make_joints(model, shaped(memory, 0, (a,))), by_column[0], sixes[0], sixes[1], sixes[2], no_square, none,
         no_square, no_square, none, vectors[0], vectors[1], none, none, none, none, none, by_column[1], none,
-        scores, clock,
+        no_square, scores, clock,
     )  # fmt: skip

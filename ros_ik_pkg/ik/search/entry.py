@@ -47,8 +47,9 @@ STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR = (
     FIGURES.index(name)
     for name in ('status', 'found', 'iterations', 'attempts', 'position_error', 'orientation_error')
 )
-JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK, SEED_CLIPPED, TIME = (
-    FIGURES.index(name) for name in ('joint_distance', 'sigma_min', 'limits_mask', 'seed_clipped', 'solve_time')
+JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK, SEED_CLIPPED, COMPLETENESS, TIME = (
+    FIGURES.index(name)
+    for name in ('joint_distance', 'sigma_min', 'limits_mask', 'seed_clipped', 'completeness', 'solve_time')
 )
 WIDTH = len(FIGURES)
 
@@ -161,14 +162,14 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
         task = make_task(T, weights, tolerances, tuning.task_frame)
         assign(work.weights, weights)
         preferences = Preferences(reference, joint_weights, posture if given > 0 else reference, obstruction)
-        status, steps, attempts, found, position_error, orientation_error = search(
+        status, steps, attempts, found, position_error, orientation_error, known = search(
             geometry, starts, reach, task, tuning, preferences, began, Solutions(kept, ranks), work, recorder
         )
         assign(q, work.q)
         row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts
         row[POSITION_ERROR], row[ORIENTATION_ERROR] = position_error, orientation_error
         row[JOINT_DISTANCE] = largest_gap(q, reference)
-        row[LIMITS_MASK] = limits_mask(geometry, q)
+        row[LIMITS_MASK], row[COMPLETENESS] = limits_mask(geometry, q), known
         if rows is not None and status != CONVERGED:
             row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began

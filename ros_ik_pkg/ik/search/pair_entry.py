@@ -29,6 +29,7 @@ from ros_ik_pkg.ik.kernel.pair_layout import (
 from ros_ik_pkg.ik.kinematics.pair import make_pair_task
 from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
+    COMPLETENESS,
     FOUND,
     JOINT_DISTANCE,
     JOINT_WEIGHTS,
@@ -127,14 +128,14 @@ def _solve_pair(
     )  # fmt: skip
     preferences = Preferences(reference, joint_weights, reference, obstruction)
     solutions = Solutions(answers if len(answers) > 0 else one, ranks)
-    status, steps, attempts, found, position_error, orientation_error = search(
+    status, steps, attempts, found, position_error, orientation_error, known = search(
         geometry, from_starts, reach, task, tuning, preferences, began, solutions, work, None
     )
     assign(q, work.q)
     figures[STATUS], figures[FOUND], figures[STEPS], figures[ATTEMPTS] = status, found, steps, attempts
     figures[POSITION_ERROR], figures[ORIENTATION_ERROR] = position_error, orientation_error
     figures[JOINT_DISTANCE] = largest_gap(q, reference)
-    figures[LIMITS_MASK] = limits_mask(geometry, q)
+    figures[LIMITS_MASK], figures[COMPLETENESS] = limits_mask(geometry, q), known
     figures[TIME] = now(work.clock) - began
 
 

@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ros_ik_pkg.ik.branches.six_joints import COMPLETE, STARTS, UNKNOWN, find_branches
+from ros_ik_pkg.ik.branches.six_joints import FAMILY as ONE_OF_FAMILY
 from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, BEYOND_TOLERANCE, TOUCHING, judge
 from ros_ik_pkg.ik.descent.closest_approach import approach
 from ros_ik_pkg.ik.descent.descent import (
@@ -39,7 +41,7 @@ from ros_ik_pkg.ik.search.solutions import (
     take_touching,
 )
 from ros_ik_pkg.ik.search.starts import distance_of, nearest_start, next_start, score_starts
-from ros_ik_pkg.ik.solution import Status
+from ros_ik_pkg.ik.solution import BY_EXHAUSTION, BY_PROOF, FAMILY, NOT_KNOWN, Status
 from ros_ik_pkg.ik.step.limits import clip, unwrap
 from ros_ik_pkg.ik.step.methods import joint_step_cap
 from ros_ik_pkg.methods import HURRIED_STRIDE
@@ -59,6 +61,8 @@ LOOK = 2  # steps after which the seed is abandoned if it is still further from 
 CLOSE = 2.0  # TO_TOLERANCE is tried below this multiple of the error norm that the tolerances allow
 ATTEMPTS_OUT_OF_REACH = 8  # to find the closest approach to a target that is provably out of reach
 ATTEMPTS_WITHOUT_NEWS = 40  # after which the nearest solution, or the list of all, counts as complete
+FEWEST_ATTEMPTS = 16  # max_attempts from which on a closed form is asked: enough to try all branches
+ASK_AFTER = 3  # attempts without a solution, after which the closed form is asked whether there is one
 ATTEMPTS_NO_CLOSER = 100  # after which the search gives up: none of 80000 reachable targets took more than 70 in all
 CLOSER = 0.999  # factor by which the error of a closest approach must fall to count as closer
 
@@ -73,6 +77,7 @@ class Plan(NamedTuple):
     finish_by_lm: bool  # whether Levenberg-Marquardt may continue where the method fails
     hopeless: bool  # whether the target is provably out of reach
     close: float  # error norm of a descent from which TO_TOLERANCE is tried
+    ask_after: int  # attempts without a solution after which a closed form is asked for all branches
     stop_time: float  # [s]
 
 
@@ -82,6 +87,9 @@ def make_plan(geometry, reach, task, tuning, began):
     hopeless = out_of_reach(geometry, reach, task, tuning)
     hurried = 0 if int(tuning.max_attempts) == 1 or hopeless or tuning.may_hurry == 0.0 else HURRIED_ATTEMPTS
     near_seed = int(tuning.choice) != FIRST or tuning.max_joint_jump > 0.0
+    ask_after = 0 if int(tuning.choice) != FIRST else 1 if near_seed else ASK_AFTER
+    if tuning.max_attempts < FEWEST_ATTEMPTS or (not near_seed and tuning.may_hurry == 0.0):
+        ask_after = -1
     return Plan(
         min(tuning.max_attempts, ATTEMPTS_OUT_OF_REACH) if hopeless else tuning.max_attempts,
         hurried,
@@ -90,6 +98,7 @@ def make_plan(geometry, reach, task, tuning, began):
         tuning.finish_by_lm > 0.0,
         hopeless,
         CLOSE * tolerated_norm(task, tuning),
+        ask_after,
         began + tuning.deadline if tuning.deadline > 0.0 else math.inf,
     )
 
@@ -98,22 +107,29 @@ def make_plan(geometry, reach, task, tuning, began):
 def search(geometry, starts, reach, task, tuning, preferences, began, solutions, work, recorder):
     """Search from work.q; leave the solution, or the closest approach, in work.q. `began` is when the solve began [s].
 
-    Returns (status, steps, attempts, number of accepted solutions, position error [m], orientation error [rad]).
-    `solutions` receives the nearest distinct solutions, `preferences.obstruction` those that touch something.
+    Returns (status, steps, attempts, number of accepted solutions, position error [m], orientation error [rad], what
+    is known of other solutions). `solutions` receives the nearest distinct solutions, `preferences.obstruction` those
+    that touch something.
     """
     plan = make_plan(geometry, reach, task, tuning, began)
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     best_norm, status_of_best = math.inf, STALLED
     steps, found, touching, last_news, last_closer, nearest_of_starts, late = 0, 0, 0, 0, 0, -1, False
     taken, attempts, restarts, kind, eased, near_seed = 0, 0, 0, BY_METHOD, False, plan.near_seed
+    branches, tried, certainty, from_branch, all_tried, complete, in_vain = 0, 0, UNKNOWN, False, False, False, False
     assign(work.seed, work.q)
     assign(work.best, work.q)
+    if plan.ask_after == 0:
+        branches, certainty = ask_for_branches(geometry, scale, task, tuning, preferences, work, recorder)
+        if certainty == COMPLETE and branches > 0:
+            take_branch(0, work, recorder)
+            tried, from_branch = 1, True
     while attempts < plan.budget:
         if kind == BY_METHOD:
             hurry = attempts < plan.hurried
             # The seed's own descent is patient if a solution near it is wanted, or if it is no longer FAR.
-            from_near = plan.near_seed or (plan.may_leave_seed and taken == 0)
-            patient = not hurry or (attempts == 0 and from_near)
+            from_near = attempts == 0 and (plan.near_seed or (plan.may_leave_seed and taken == 0))
+            patient = not hurry or (certainty != COMPLETE and (from_near or from_branch))
             patience, progress = PATIENT if patient else HURRIED
             cap = joint_step_cap(tuning, HURRIED_STRIDE if hurry else 1.0)
             pause = LOOK if attempts == 0 and taken == 0 and plan.may_leave_seed else -1
@@ -139,21 +155,22 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             if moved:
                 position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
             verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
-            if verdict == TOUCHING and plan.near_seed:
+            if verdict == TOUCHING and plan.near_seed and certainty != COMPLETE:
                 more, verdict, position_error, orientation_error = get_clear(
                     geometry, task, tuning, preferences, plan, attempts - 1, taken, work, recorder
                 )
                 steps += more
             if verdict == ACCEPTED and int(tuning.choice) == FIRST:
                 assign(solutions.rows[0], work.q)
-                return CONVERGED, steps, attempts, 1, position_error, orientation_error
+                return CONVERGED, steps, attempts, 1, position_error, orientation_error, NOT_KNOWN
             if verdict == BEYOND_TOLERANCE:  # by the rounding of whole turns
                 best_norm, status_of_best = 0.0, STALLED
                 assign(work.best, work.q)
+                certainty = STARTS if from_branch else certainty  # there is a solution beside it
             elif verdict == TOUCHING:
-                rank, known = rank_solution(work.q, ACCEPTED, preferences), touching
+                rank, before = rank_solution(work.q, ACCEPTED, preferences), touching
                 touching = keep_touching(geometry, work.q, rank, preferences.obstruction, touching)
-                last_closer = attempts if touching > known else last_closer
+                last_closer = attempts if touching > before else last_closer
             else:
                 before, rank = solutions.ranks[0], rank_solution(work.q, verdict, preferences)
                 count = keep_solution(geometry, work.q, rank, solutions, found)
@@ -163,25 +180,39 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         elif not nearest > CLOSER * best_norm:
             last_closer, best_norm, status_of_best = attempts, nearest, status
             assign(work.best, work.near)
+        to_tolerance = kind == BY_METHOD and status != CONVERGED and (nearest <= plan.close or from_branch)
+        to_tolerance = to_tolerance and plan.finish_by_lm
+        if from_branch and status != CONVERGED and not to_tolerance and (nearest <= plan.close or kind == BY_METHOD):
+            certainty = STARTS  # too close to say that there is no solution
+        if attempts == plan.ask_after:
+            branches, certainty = ask_for_branches(geometry, scale, task, tuning, preferences, work, recorder)
         late = status == DEADLINE or passed(plan.stop_time, work.clock)
         complete = found > 0 and attempts - last_news >= ATTEMPTS_WITHOUT_NEWS
         in_vain = found == 0 and attempts - last_closer >= ATTEMPTS_NO_CLOSER
-        if late or complete or in_vain or attempts >= plan.budget:
+        all_tried = certainty == COMPLETE and tried == branches and not to_tolerance
+        enough = all_tried and (found + touching > 0 or attempts >= ATTEMPTS_OUT_OF_REACH)
+        if certainty == ONE_OF_FAMILY and tried == branches and found + touching > 0:
+            enough = kind == FROM_SEED or restarts > 0
+        if late or complete or in_vain or enough or attempts >= plan.budget:
             break
         # Choose where the next attempt begins
         if attempts == 1 and status == MAX_ITERATIONS:  # it was on its way to a solution near the seed
             near_seed = True
-        if kind == BY_METHOD and status != CONVERGED and nearest <= plan.close and plan.finish_by_lm:
-            kind, eased = TO_TOLERANCE, True
+        if to_tolerance:
+            kind, eased = TO_TOLERANCE, eased or nearest <= plan.close
             assign(work.q, work.near)
-        elif near_seed and restarts == 0 and kind != FROM_SEED and plan.finish_by_lm:
-            kind = FROM_SEED
+        elif tried < branches:
+            kind, from_branch = BY_METHOD, True
+            take_branch(tried, work, recorder)
+            tried += 1
+        elif near_seed and restarts == 0 and kind != FROM_SEED and plan.finish_by_lm and certainty != COMPLETE:
+            kind, from_branch = FROM_SEED, False
             assign(work.q, work.seed)
         else:
             if restarts == 0 and nearest_of_starts < 0:
                 score_starts(starts, task, scale, work.scores)
                 nearest_of_starts = nearest_start(work.scores)
-            restarts += 1
+            restarts, from_branch = restarts + 1, False
             kind = TO_TOLERANCE if eased and restarts % 2 == 1 else BY_METHOD
             next_start(starts, restarts, nearest_of_starts, work)
             if tuning.respect_limits > 0.0:  # starts are kept in single precision
@@ -203,7 +234,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         elif verdict != BEYOND_TOLERANCE:
             found = keep_solution(geometry, work.q, rank_solution(work.q, verdict, preferences), solutions, found)
         else:
-            status_of_best = DEADLINE if late else UNREACHABLE if plan.hopeless else status_of_best
+            status_of_best = DEADLINE if late else UNREACHABLE if plan.hopeless or all_tried else status_of_best
     for k in range(touching):
         if not (found > 0 and solutions.ranks[0] < NOT_ACCEPTED) and not passed(plan.stop_time, work.clock):
             take_touching(preferences.obstruction, k, work.q)
@@ -220,9 +251,30 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         take_touching(preferences.obstruction, 0, work.q)
         status_of_best = COLLISION
     position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
+    known = BY_EXHAUSTION if complete or in_vain else NOT_KNOWN
+    if all_tried or status_of_best == UNREACHABLE:
+        known = BY_PROOF
+    elif certainty == ONE_OF_FAMILY and found + touching > 0:
+        known = FAMILY
     return (
         status_of_best, steps, attempts, count_accepted(solutions.ranks, found), position_error, orientation_error,
+        known,
     )  # fmt: skip
+
+
+@inlined
+def ask_for_branches(geometry, scale, task, tuning, preferences, work, recorder):
+    """Do what `find_branches` says, if that is compiled: for one tip, and not in solve_usual."""
+    if recorder is not None:
+        return find_branches(geometry, scale, task, tuning, preferences.reference, work)
+    return 0, UNKNOWN
+
+
+@inlined
+def take_branch(k, work, recorder):
+    """Write the k-th branch to work.q."""
+    if recorder is not None:
+        assign(work.q, work.branches[k])
 
 
 @inlined

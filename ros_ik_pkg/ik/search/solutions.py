@@ -10,6 +10,7 @@ from ros_ik_pkg.ik.kernel.linalg import assign, fill
 from ros_ik_pkg.ik.step.limits import TURN
 
 SAME_SOLUTION = 1e-2  # rad or m between two solutions that count as one
+NEARER = 1e-4  # in rank: by how much one of two that count as one must be better to be the one that is kept
 NOT_ACCEPTED = 1e9  # added to the rank of a solution that is kept but not accepted, so that it comes last
 
 
@@ -27,23 +28,28 @@ def rank_solution(q, verdict, preferences):
 
 @kernel
 def keep_solution(geometry, q, rank, solutions, found):
-    """Insert q by its rank unless it is in the list; return the number of solutions."""
+    """Insert q by its rank unless it is in the list; return the number of solutions. A solution that is NEARER replaces
+    the same one."""
     rows, ranks = solutions.rows, solutions.ranks
-    for k in range(found):
-        if same_solution(geometry, q, rows[k]):
+    k = 0
+    while k < found and not same_solution(geometry, q, rows[k]):
+        k += 1
+    if k < found:
+        if not rank < ranks[k] - NEARER:
             return found
-    if found == len(rows):
-        if rank >= ranks[found - 1]:
-            return found
-        found -= 1
-    k = found
+    elif found < len(rows):
+        found += 1
+    elif rank >= ranks[found - 1]:
+        return found
+    else:
+        k = found - 1
     while k > 0 and ranks[k - 1] > rank:
         assign(rows[k], rows[k - 1])
         ranks[k] = ranks[k - 1]
         k -= 1
     assign(rows[k], q)
     ranks[k] = rank
-    return found + 1
+    return found
 
 
 @inlined

@@ -254,7 +254,7 @@ _BREAKS = {
     'deadline': 'skończył się czas',
 }
 _REASONS = {
-    Status.UNREACHABLE.label: 'cel jest poza zasięgiem: każde zejście kończy się w pewnej odległości od niego',
+    Status.UNREACHABLE.label: 'cel jest poza zasięgiem: nie prowadzi do niego żadne położenie przegubów w granicach',
     Status.STALLED.label: 'błąd przestał maleć: minimum lokalne, ograniczenia przegubów albo cel poza zasięgiem',
     Status.MAX_ITERATIONS.label: 'wyczerpano iteracje, gdy błąd jeszcze malał',
     Status.OSCILLATING.label: 'błąd rośnie i maleje na przemian',

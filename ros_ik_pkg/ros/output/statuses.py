@@ -70,6 +70,7 @@ def _figures(result: Result) -> dict[str, Any]:
         'orientation_error': solution.orientation_error,
         'iterations': solution.iterations,
         'attempts': solution.attempts,
+        'completeness': solution.completeness,
         'solve_time': solution.solve_time,
         'joint_distance': solution.joint_distance,
         'sigma_min': solution.sigma_min,

@@ -93,8 +93,8 @@ def test_without_attempts_the_joints_come_as_near_as_they_can_from_the_seed(meth
 
 @pytest.mark.parametrize('method', ['transpose', *SEARCHING])
 def test_the_deadline_is_kept_within_a_millisecond(method):
-    arm = get_arm('puma560')
-    target = np.eye(4)  # within the sphere, but no wrist comes to the axis of joint 1
+    arm = get_arm('iiwa14')
+    target = np.eye(4)  # within the sphere, but the arm cannot fold that far; of seven joints no closed form says so
     options = SolveOptions(method=method, deadline=5e-5, max_attempts=1000000, max_iterations=100000)
     over = []
     for _ in range(5):
@@ -120,10 +120,11 @@ def test_an_answer_found_in_time_is_an_answer():
 @pytest.mark.parametrize('robot', ['puma560', 'ur5', 'panda', 'iiwa14', 'stanford'])
 def test_nearest_is_no_further_than_first_and_often_nearer(robot):
     arm, rng = get_arm(robot), np.random.default_rng(2)
+    fine = {'position_tolerance': 1e-9, 'orientation_tolerance': 1e-9, **CALM}  # tolerance is room near singularities
     nearer = 0
     for target, seed in zip(reachable_poses(arm, rng, 40), random_configurations(arm, rng, 40)):
         first, nearest = (
-            solve(arm, target, seed, SolveOptions(choice=choice, **CALM)) for choice in ('first', 'nearest')
+            solve(arm, target, seed, SolveOptions(choice=choice, **fine)) for choice in ('first', 'nearest')
         )
         assert_answer(arm, nearest, target)
         gap = np.linalg.norm(first.q - seed) - np.linalg.norm(nearest.q - seed)

@@ -1,0 +1,263 @@
+"""All branches of six revolute joints whose axes allow a closed form: starts for descents, and how many there can be.
+
+Two kinds of arms are known, each from base to tip or from tip to base: the last three axes meet in a point (a spherical
+wrist, Pieper 1968), or axes two, three and four are parallel (Universal Robots). For both, the angle of the first joint
+and that of one other joint follow from two equations that are linear in their cosines and sines, with at most four
+solutions; each of them leaves two choices, for the wrist or for the elbow. docs/derivation.md derives it.
+
+The angles are exact up to rounding if the axes are. They are starts all the same: descents by the selected method bring
+each of them to the target, and the search judges the outcome as any other.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ros_ik_pkg.ik.branches.axes import NO_KIND, WRIST, axis, feet, kind_of, origin, turn_round
+from ros_ik_pkg.ik.branches.circles import meet_circles
+from ros_ik_pkg.ik.branches.subproblems import along, angle_onto, component, dot, minus, turn, two_angles
+from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.data_layout import BRANCH_ROWS, Geometry
+from ros_ik_pkg.ik.kernel.linalg import fill
+from ros_ik_pkg.ik.kinematics.forward import walk
+
+JOINTS = 6
+PAIRS = BRANCH_ROWS - 4  # row of the memory at which the pairs of angles begin
+UNKNOWN, STARTS, FAMILY, COMPLETE = range(4)  # what is known of the branches that were found, see find_branches
+
+EXACT = 2e-5  # rad, or lengths of the arm: so far axes may be off in an exact geometry, for 1.5708 is not pi / 2
+COARSEST = 1e-3  # rad, or lengths of the arm: with larger tolerances more than the branches of the pose are solutions
+MARGIN = 10.0  # factor on the tolerance: an equation that misses a solution by less may have one within tolerance
+NEAR_LIMIT = 100.0  # factor too: an angle that is outside the limits by less becomes a start at the limit
+TURN = 2.0 * math.pi
+
+
+class Chain(NamedTuple):
+    """Six axes in the order in which they are solved, and where the solutions go."""
+
+    lines: np.ndarray  # (6, 6) direction and point of each, where all joints are zero [lengths of the arm]
+    G: tuple[float, ...]  # rotation and
+    t: tuple[float, ...]  # translation of the motion that the joints have to make together
+    near: float  # by how much angles may be outside the limits [rad]
+    slack: float  # by which equations may be missed
+    free: float  # lever up to which an angle counts as free
+    backwards: bool  # whether the first axis is the one at the tip
+    geometry: Geometry
+    bounded: bool  # whether limits count
+    reference: np.ndarray  # (n,) [rad]
+    branches: np.ndarray  # (BRANCH_ROWS, 6) out [rad]
+
+
+@kernel
+def find_branches(geometry, scale, task, tuning, reference, work):
+    """Write starts (k, 6) within the limits to work.branches; return k, and what is known of them.
+
+    COMPLETE: every solution is next to one of them; without any there is none. FAMILY: so it is, but the pose is
+    singular: solutions form a continuous family, of which a start is near the reference. STARTS: the axes are not
+    quite as the closed form needs them, so there may be others. UNKNOWN: there are none of this arm or task.
+    `scale` is the length of the arm [m].
+    """
+    if not (task.plain > 0.0 and six_turning(geometry)):
+        return 0, UNKNOWN
+    fill(work.went, 0.0)
+    R, p = walk(geometry, work.went, work.joints)
+    lines = work.joints.axes
+    for k in range(JOINTS):
+        for i in range(3, 6):
+            lines[k, i] /= scale
+    kind, backwards, off = kind_of(lines)
+    if kind == NO_KIND:
+        return 0, UNKNOWN
+    tolerance = max(tuning.position_tolerance / scale, tuning.orientation_tolerance)
+    miss = min(tolerance, COARSEST) + off
+    G = times_transposed(task.R, R)
+    moved = times(G, p)
+    t = (task.p[0] - moved[0]) / scale, (task.p[1] - moved[1]) / scale, (task.p[2] - moved[2]) / scale
+    if backwards:
+        turn_round(lines)
+        G = (G[0], G[3], G[6], G[1], G[4], G[7], G[2], G[5], G[8])
+        t = times(G, (-t[0], -t[1], -t[2]))
+    chain = Chain(
+        lines, G, t, NEAR_LIMIT * miss, MARGIN * miss, 0.5 * tolerance, backwards, geometry,
+        tuning.respect_limits > 0.0, reference, work.branches,
+    )  # fmt: skip
+    count, single = branches_by_wrist(chain, work.rhs) if kind == WRIST else branches_by_parallel(chain, work.rhs)
+    if off > EXACT or tolerance > COARSEST:
+        return count, STARTS
+    return count, COMPLETE if single else FAMILY
+
+
+@kernel
+def six_turning(geometry):
+    """Return whether the chain has six joints that turn, each with a variable of its own."""
+    if len(geometry.lower) != JOINTS or len(geometry.prismatic) != JOINTS:
+        return False
+    for k in range(JOINTS):
+        if geometry.prismatic[k] != 0.0 or geometry.variable[k] != k or abs(geometry.multiplier[k]) != 1.0:
+            return False
+    return True
+
+
+@kernel
+def branches_by_wrist(chain, roots):
+    """Solve six axes of which the last three meet in a point c; return the number of branches and whether all are
+    isolated.
+
+    The first three joints bring c to its place x. Seen from axis 2, c turned about axis 3 and x turned back about
+    axis 1 must have the same height and the same distance.
+    """
+    lines, G = chain.lines, chain.G
+    h1, h2, h3, h4, h5, h6 = axes_of(lines)
+    c, _ = feet(lines, 5, 4)
+    x = along(times(G, c), chain.t, 1.0)
+    p1, p2 = feet(lines, 0, 1)
+    p3 = along(origin(lines, 2), h3, dot(h3, minus(c, origin(lines, 2))))
+    w, g, e, d = minus(x, p1), minus(c, p3), minus(p1, p2), minus(p3, p2)
+    count, single = meet_circles(
+        component(h2, h1, w), component(e, h1, w), component(h2, h3, g), component(d, h3, g),
+        dot(h2, minus(d, e)), 0.5 * (dot(d, d) + dot(g, g) - dot(e, e) - dot(w, w)),
+        chain.slack, chain.free, reference_of(chain, 0), reference_of(chain, 2), chain.branches[PAIRS:], roots,
+    )  # fmt: skip
+    found = 0
+    last, middle = times(G, h6), times(G, h5)
+    for k in range(count):
+        q1, q3 = chain.branches[PAIRS + k, 0], chain.branches[PAIRS + k, 1]
+        c1, s1, c3, s3 = math.cos(q1), math.sin(q1), math.cos(q3), math.sin(q3)
+        q2, lever = angle_onto(h2, along(d, turn(h3, c3, s3, g), 1.0), along(e, turn(h1, c1, -s1, w), 1.0))
+        if lever <= chain.free:
+            q2, single = reference_of(chain, 1), False
+        c2, s2 = math.cos(q2), math.sin(q2)
+        z = turn(h3, c3, -s3, turn(h2, c2, -s2, turn(h1, c1, -s1, last)))
+        y = turn(h3, c3, -s3, turn(h2, c2, -s2, turn(h1, c1, -s1, middle)))
+        level, b, s = component(h4, h5, h6)
+        choices, first, second = two_angles(b, s, dot(h4, z) - level, chain.slack, chain.free)
+        for choice in range(choices):
+            q5 = first if choice == 0 else second
+            c5, s5 = math.cos(q5), math.sin(q5)
+            q4, lever = angle_onto(h4, turn(h5, c5, s5, h6), z)
+            if lever <= chain.free:
+                q4, single = reference_of(chain, 3), False
+            q6, _ = angle_onto(h6, h5, turn(h5, c5, -s5, turn(h4, math.cos(q4), -math.sin(q4), y)))
+            found = put(chain, found, (q1, q2, q3, q4, q5, q6))
+    return found, single
+
+
+@kernel
+def branches_by_parallel(chain, roots):
+    """Solve six axes of which the second to the fourth are parallel to h; return as `branches_by_wrist`.
+
+    The joints 2 to 4 change neither the height along h of a point c on axis 6 nor the angle between h and axis 6:
+    two equations for the angles 1 and 5. Then joint 6 follows, and a triangle in the plane across h is left.
+    """
+    lines, G = chain.lines, chain.G
+    h1, h, _, _, h5, h6 = axes_of(lines)
+    c, p5 = feet(lines, 5, 4)
+    p1, p2, p3, p4 = origin(lines, 0), origin(lines, 1), origin(lines, 2), origin(lines, 3)
+    last = times(G, h6)
+    a, b = component(h, h5, minus(c, p5)), component(h, h5, h6)
+    count, single = meet_circles(
+        component(h, h1, minus(along(times(G, c), chain.t, 1.0), p1)), component(h, h1, last), a, b,
+        dot(h, minus(p5, p1)), 0.0,
+        chain.slack, chain.free, reference_of(chain, 0), reference_of(chain, 4), chain.branches[PAIRS:], roots,
+    )  # fmt: skip
+    upper, lower = across(h, minus(p3, p2)), across(h, minus(p4, p3))
+    _, b3, s3 = component(upper, h, lower)
+    found = 0
+    for k in range(count):
+        q1, q5 = chain.branches[PAIRS + k, 0], chain.branches[PAIRS + k, 1]
+        c1, s1, c5, s5 = math.cos(q1), math.sin(q1), math.cos(q5), math.sin(q5)
+        back, lever = angle_onto(h6, turn(h5, c5, -s5, h), times_back(G, turn(h1, c1, s1, h)))
+        if lever <= chain.free:
+            back, single = -reference_of(chain, 5), False
+        c6, s6 = math.cos(back), math.sin(back)
+        z = along(p5, turn(h5, c5, -s5, minus(p4, p5)), 1.0)
+        z = along(c, turn(h6, c6, s6, minus(z, c)), 1.0)
+        z = minus(along(times(G, z), chain.t, 1.0), p1)
+        z = across(h, minus(along(p1, turn(h1, c1, -s1, z), 1.0), p2))
+        y = turn(h1, c1, -s1, times(G, turn(h6, c6, s6, turn(h5, c5, -s5, upper))))
+        sum_of_three, _ = angle_onto(h, upper, y)
+        level = 0.5 * (dot(z, z) - dot(upper, upper) - dot(lower, lower))
+        choices, first, second = two_angles(b3, s3, level, chain.slack, chain.free)
+        for choice in range(choices):
+            q3 = first if choice == 0 else second
+            q2, lever = angle_onto(h, along(upper, turn(h, math.cos(q3), math.sin(q3), lower), 1.0), z)
+            if lever <= chain.free:
+                q2, single = reference_of(chain, 1), False
+            found = put(chain, found, (q1, q2, q3, sum_of_three - q2 - q3, q5, -back))
+    return found, single
+
+
+@kernel
+def put(chain, found, angles):
+    """Append a branch, at the whole turns within the limits that are nearest to the reference, unless it is outside of
+    them; return the number of branches."""
+    geometry, row = chain.geometry, chain.branches[found]
+    for k in range(JOINTS):
+        i = JOINTS - 1 - k if chain.backwards else k
+        q = angles[k] * geometry.multiplier[i] * (-1.0 if chain.backwards else 1.0)
+        q += TURN * math.floor((chain.reference[i] - q) / TURN + 0.5)
+        lower, upper = geometry.lower[i], geometry.upper[i]
+        if q > upper:
+            q -= TURN * math.ceil((q - upper) / TURN)
+            if q < lower:  # between the limits, the long way round
+                q = q + TURN if q + TURN - upper < lower - q else q
+        elif q < lower:
+            q += TURN * math.ceil((lower - q) / TURN)
+            if q > upper:
+                q = q - TURN if lower - (q - TURN) < q - upper else q
+        if chain.bounded:
+            if q < lower - chain.near or q > upper + chain.near:
+                return found
+            q = min(max(q, lower), upper)
+        row[i] = q
+    return found + 1
+
+
+@inlined
+def reference_of(chain, k):
+    """Return the angle of an axis at the reference."""
+    i = JOINTS - 1 - k if chain.backwards else k
+    angle = chain.reference[i] * chain.geometry.multiplier[i]
+    return -angle if chain.backwards else angle
+
+
+@inlined
+def axes_of(lines):
+    """Return the directions of all six axes."""
+    return axis(lines, 0), axis(lines, 1), axis(lines, 2), axis(lines, 3), axis(lines, 4), axis(lines, 5)
+
+
+@inlined
+def across(h, v):
+    """Return the part of v across the unit vector h."""
+    return along(v, h, -dot(h, v))
+
+
+@inlined
+def times(R, v):
+    """Return R v of a rotation, row by row."""
+    return (
+        R[0] * v[0] + R[1] * v[1] + R[2] * v[2],
+        R[3] * v[0] + R[4] * v[1] + R[5] * v[2],
+        R[6] * v[0] + R[7] * v[1] + R[8] * v[2],
+    )
+
+
+@inlined
+def times_back(R, v):
+    """Return R^T v."""
+    return (
+        R[0] * v[0] + R[3] * v[1] + R[6] * v[2],
+        R[1] * v[0] + R[4] * v[1] + R[7] * v[2],
+        R[2] * v[0] + R[5] * v[1] + R[8] * v[2],
+    )
+
+
+@inlined
+def times_transposed(A, B):
+    """Return A B^T of two rotations."""
+    x, y, z = times(A, (B[0], B[1], B[2])), times(A, (B[3], B[4], B[5])), times(A, (B[6], B[7], B[8]))
+    return x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]
