@@ -13,6 +13,7 @@ from typing import Any
 import yaml
 from tqdm import tqdm
 
+from bench.batches import BATCH_HEAD, batch_rows
 from bench.cases import KINDS
 from bench.iteration import ITERATION_HEAD, iteration_rows
 from bench.lifts import LIFT_HEAD, lift_rows
@@ -20,12 +21,13 @@ from bench.paths import OPTIMUM_HEAD, SPEED_HEAD, optimum_rows, speed_rows
 from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
-from bench.solves import BATCH_HEAD, batch_row, run_solves
+from bench.solves import run_solves
 from bench.table import markdown
 from bench.tips import TIPS_HEAD, tip_rows
-from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, load_arm, warm_up
+from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, warm_up
 
 ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
+BATCH_TEXT = 'solve_batch on reachable poses from random seeds, best of several runs.'
 SECTIONS = ('peers', 'iteration', 'path', 'lifts', 'tips', 'ros')
 
 
@@ -40,6 +42,10 @@ def main() -> int:
             return check_answers(arguments.check)
         if arguments.zoo:
             return measure_zoo(arguments.zoo)
+        if arguments.batches:
+            rows = batch_rows(arguments.robots, SolveOptions(**arguments.set), arguments.batches)
+            print(markdown([BATCH_HEAD, *rows]))
+            return 0
         if arguments.collision:
             return measure_collision(arguments.collision)
         if arguments.check_paths:
@@ -71,6 +77,7 @@ def make_parser() -> argparse.ArgumentParser:
         parser.add_argument(f'--{flag}', action='store_true')
     parser.add_argument('--check', type=_positive, metavar='N')
     parser.add_argument('--zoo', type=_positive, metavar='N')
+    parser.add_argument('--batches', type=_positive, metavar='N')
     parser.add_argument('--collision', type=_positive, metavar='N')
     parser.add_argument('--check-paths', type=_positive, metavar='N')
     parser.add_argument('--servo', type=_positive, metavar='N')
@@ -165,8 +172,8 @@ def measure(arguments: argparse.Namespace, report: Report) -> None:
     if arguments.peers or not any(getattr(arguments, flag) for flag in SECTIONS):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
-        rows = [batch_row(load_arm(robot), options) for robot in tqdm(arguments.robots, leave=False)]
-        report.add('Batches', 'solve_batch on reachable poses, best of several runs.', [BATCH_HEAD, *rows])
+        rows = batch_rows(tqdm(arguments.robots, leave=False), options)
+        report.add('Batches', BATCH_TEXT, [BATCH_HEAD, *rows])
     if arguments.iteration:
         rows = iteration_rows(arguments.robots)
         text = 'Compiled, no Python in between, time that the core was busy.'

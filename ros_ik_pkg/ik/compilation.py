@@ -176,6 +176,10 @@ def main(arguments: list[str] | None = None) -> int:
             os.nice(LOW_PRIORITY)
         seconds = warm_up(say)
         solve_usual.prepare()
+        if not (given.low_priority or WHY_PLAIN):  # a node solves no batches
+            from ros_ik_pkg.ik.batch.entry import solve_lanes
+
+            solve_lanes.prepare()
     say(f'compiled in {seconds:.0f} s, kept in {CACHE_FOLDER}')
     return 1 if NOT_SAVED else 0
 
