@@ -13,6 +13,7 @@ from typing import Any
 import yaml
 from tqdm import tqdm
 
+from bench.batches import BATCH_HEAD, batch_rows
 from bench.cases import KINDS
 from bench.iteration import ITERATION_HEAD, iteration_rows
 from bench.lifts import LIFT_HEAD, lift_rows
@@ -20,12 +21,13 @@ from bench.paths import LONG_HEAD, OPTIMUM_HEAD, SPEED_HEAD, long_rows, optimum_
 from bench.peers import peer_processes
 from bench.process import ROOT, WorkerError, WorkerProcess
 from bench.report import Report
-from bench.solves import BATCH_HEAD, batch_row, run_solves
+from bench.solves import run_solves
 from bench.table import markdown
 from bench.tips import TIPS_HEAD, tip_rows
-from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, load_arm, warm_up
+from ros_ik_pkg.ik import METHODS, IkError, OptionError, SolveOptions, warm_up
 
 ROBOTS = ('panda', 'ur5', 'iiwa14', 'puma560')
+BATCH_TEXT = 'solve_batch on reachable poses from random seeds, best of several runs.'
 SECTIONS = {
     'peers': 'also other solvers, in an environment of their own',
     'iteration': 'one iteration of each method, and forward kinematics',
@@ -37,6 +39,7 @@ SECTIONS = {
 CHECKS = {
     'check': 'solve N random targets, check every solution by Pinocchio',
     'zoo': 'solve N poses of every chain of every installed URDF',
+    'batches': 'solve N targets at once, on one core and on all; how it compares with one by one',
     'collision': 'solve N targets clear of contact in each room, judged by coal',
     'check-paths': 'follow N random paths, check every motion by SciPy, Pinocchio and coal',
     'servo': 'drive an arm into trouble N times; the lines of the tip; what a command costs',
@@ -55,6 +58,10 @@ def main() -> int:
             return check_answers(arguments.check)
         if arguments.zoo:
             return measure_zoo(arguments.zoo)
+        if arguments.batches:
+            rows = batch_rows(arguments.robots, SolveOptions(**arguments.set), arguments.batches)
+            print(markdown([BATCH_HEAD, *rows]))
+            return 0
         if arguments.collision:
             return measure_collision(arguments.collision, arguments.peers)
         if arguments.check_paths:
@@ -189,8 +196,8 @@ def measure(arguments: argparse.Namespace, report: Report) -> int:
     if arguments.peers or not any(getattr(arguments, flag) for flag in (*SECTIONS, 'branches')):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
-        rows = [batch_row(load_arm(robot), options) for robot in tqdm(arguments.robots, leave=False)]
-        report.add('Batches', 'solve_batch on reachable poses, best of several runs.', [BATCH_HEAD, *rows])
+        rows = batch_rows(tqdm(arguments.robots, leave=False), options)
+        report.add('Batches', BATCH_TEXT, [BATCH_HEAD, *rows])
     if arguments.iteration:
         rows = iteration_rows(arguments.robots)
         text = 'Compiled, no Python in between, time that the core was busy.'

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import tempfile
-import time
 from argparse import Namespace
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 from tqdm import tqdm
 
 from bench.cases import make_case
@@ -17,11 +15,7 @@ from bench.measure import Entry, Run, check_models, run_case
 from bench.model import is_plain, make_model
 from bench.process import WorkerError, WorkerProcess
 from bench.solver import Model
-from ros_ik_pkg.ik import Arm, SolveOptions, load_arm, solve_batch
-
-BATCH_REPEATS = 5
-BATCH_POSES = 10000
-BATCH_HEAD = ['arm', 'poses', 'us per pose, 1 worker', 'us per pose, 2 workers', 'ratio']
+from ros_ik_pkg.ik import Arm, load_arm
 
 Texts = dict[str, str]
 
@@ -58,16 +52,3 @@ def load_all(
             continue
         entries += [Entry(name, process, name) for name in names if not ours or name in arguments.methods]
     return entries, absent, versions
-
-
-def batch_row(arm: Arm, options: SolveOptions, count: int = BATCH_POSES) -> list[str]:
-    """Measure solve_batch on one worker and on two, in turns; return a row of BATCH_HEAD."""
-    case = make_case(arm, 'reachable', count)
-    best = {1: np.inf, 2: np.inf}
-    for _ in range(BATCH_REPEATS):
-        for workers in best:
-            began = time.perf_counter()
-            solve_batch(arm, case.targets, case.seeds, options, workers=workers)
-            best[workers] = min(best[workers], time.perf_counter() - began)
-    one, two = (1e6 * seconds / len(case) for seconds in best.values())
-    return [arm.name, str(len(case)), f'{one:.1f}', f'{two:.1f}', f'{one / two:.2f}']

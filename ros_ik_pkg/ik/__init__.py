@@ -2,6 +2,7 @@
 
 from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.arm_tree import ArmTree, load_tree
+from ros_ik_pkg.ik.batch_solver import BatchSolution, solve_batch
 from ros_ik_pkg.ik.compilation import Compilation, warm_up
 from ros_ik_pkg.ik.contacts.judge import Contact
 from ros_ik_pkg.ik.exceptions import ArgumentError, IkError, ModelError, NotCompiledError, OptionError
@@ -14,7 +15,7 @@ from ros_ik_pkg.ik.path.solve_path import solve_path
 from ros_ik_pkg.ik.reachability.placement import Placement, rank_placements
 from ros_ik_pkg.ik.reachability.reach_map import ReachMap, load_reach_map, reach_map
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
-from ros_ik_pkg.ik.solver import BatchSolution, solve, solve_batch
+from ros_ik_pkg.ik.solver import solve
 from ros_ik_pkg.ik.tip_solver import prepare_tips, solve_tips
 from ros_ik_pkg.ik.world import Obstacle, World
 

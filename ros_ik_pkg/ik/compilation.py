@@ -208,6 +208,10 @@ def main(arguments: list[str] | None = None) -> int:
         warm_up(say)
         compile_stream()
         solve_usual.prepare()
+        if not (given.low_priority or WHY_PLAIN):  # a node solves no batches
+            from ros_ik_pkg.ik.batch.entry import solve_lanes
+
+            solve_lanes.prepare()
     say(f'compiled in {time.monotonic() - began:.0f} s, kept in {CACHE_FOLDER}')
     return 1 if NOT_SAVED else 0
 

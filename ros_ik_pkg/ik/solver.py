@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -22,11 +20,8 @@ from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
     COMPLETENESS,
     FOUND,
-    JOINT_DISTANCE,
     NOT_AN_ARGUMENT,
     NOT_COMPILED,
-    ORIENTATION_ERROR,
-    POSITION_ERROR,
     STATUS,
     STEPS,
     TIME,
@@ -112,7 +107,7 @@ def solve(
         seed = as_array(seed, 'seed', (arm.n,))
     room = arm.contacts.room(world) if options.avoid_collisions and arm.shaped else None
     if trace or reference is not None or options.choice == 'all':
-        return _solve_at_length(arm, target, seed, options, reference, trace, room)
+        return solve_at_length(arm, target, seed, options, reference, trace, room)
     call = one_target or use_usual(False)  # held, because another thread may change it
     model = arm.packed if room is None or call is solve_usual.compiled else room.behind(arm.packed)
     row = empty(arm.n + WIDTH)
@@ -124,12 +119,12 @@ def solve(
     if not good:
         if row[STATUS - WIDTH] == NOT_COMPILED:
             raise NotCompiledError(STILL_COMPILING)
-        raise _argument_error(arm, options, target, seed, seed)
+        raise argument_error(arm, options, target, seed, seed)
     if room is not None:
         if call is solve_usual.compiled:
             _refuse_contact(row[: arm.n], options, room)
         elif row[STATUS - WIDTH] == COLLISION:  # an int: an enumeration takes a microsecond to compare
-            return _solve_at_length(arm, target, seed, options, None, False, room)
+            return solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
 
 
@@ -148,7 +143,7 @@ def _refuse_contact(q: np.ndarray, options: SolveOptions, room: Room) -> None:
         raise NotCompiledError(STILL_COMPILING)
 
 
-def _solve_at_length(
+def solve_at_length(
     arm: Arm, target: np.ndarray, seed: np.ndarray, options: SolveOptions, reference: Any, trace: bool,
     room: Room | None,
 ) -> Solution:
@@ -165,7 +160,7 @@ def _solve_at_length(
     touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
     count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
-        raise _argument_error(arm, options, target, seed, origin)
+        raise argument_error(arm, options, target, seed, origin)
     if room is not None and row[STATUS - WIDTH] == COLLISION:
 
         def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
@@ -203,98 +198,6 @@ def take_best(
     row[:] = one
 
 
-@dataclass(slots=True)
-class BatchSolution:
-    """Answers for N targets, row by row; see Solution for the meaning of each array."""
-
-    q: np.ndarray  # (N, n) [rad, m]
-    status: np.ndarray  # (N,) int64, values of Status
-    position_error: np.ndarray  # (N,) [m]
-    orientation_error: np.ndarray  # (N,) [rad]
-    iterations: np.ndarray  # (N,) int64
-    attempts: np.ndarray  # (N,) int64
-    joint_distance: np.ndarray  # (N,) [rad, m]
-    solve_time: np.ndarray  # (N,) [s]
-
-    @property
-    def converged(self) -> np.ndarray:
-        """(N,) bool."""
-        return self.status == Status.CONVERGED
-
-
-def solve_batch(
-    arm: Arm,
-    targets: ArrayLike,
-    seeds: ArrayLike | None = None,
-    options: SolveOptions | None = None,
-    references: ArrayLike | None = None,
-    workers: int | None = None,
-    progress: Callable[[int], object] | None = None,
-    world: World | None = None,
-) -> BatchSolution:
-    """Solve N targets on several cores; each row is what `solve` would return for it.
-
-    Parameters
-    ----------
-    targets : (N, 4, 4) array
-    seeds, references : (N, n) or (n,) arrays, optional
-        As in `solve`; one row serves all targets.
-    workers : int, optional
-        Threads; default: one for each core that this process may use.
-    progress : callable, optional
-        Called with the number of targets done since the last call.
-    world : World, optional
-        As in `solve`.
-
-    Raises
-    ------
-    ArgumentError
-        As `solve`; the text names the first bad row.
-
-    """
-    options = options or DEFAULT_OPTIONS
-    goals = as_array(targets, 'targets', (None, 4, 4))
-    count = len(goals)
-    flat = goals.reshape(4 * count, 4)
-    starts = _rows(arm.home if seeds is None else seeds, count, arm.n, 'seeds')
-    origins = starts if references is None else _rows(references, count, arm.n, 'references')
-    out = np.empty((count, arm.n + WIDTH))
-    room, model = None, arm.packed
-    if options.avoid_collisions and arm.shaped:
-        room = arm.contacts.room(world)
-        model = room.behind(model)
-
-    def run(chunk: slice) -> int:
-        a, b = chunk.start, chunk.stop
-        solve_range(
-            model, options.numbers, flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n],
-            origins[a * arm.n : b * arm.n], out[a:b], NOTHING, NOTHING, NOTHING,
-        )  # fmt: skip
-        return b - a
-
-    threads = len(os.sched_getaffinity(0)) if workers is None else workers
-    if threads < 1:
-        raise ArgumentError(f'workers is {workers}; expected 1 or more, or None for one for each core')
-    with ThreadPoolExecutor(threads) as pool:
-        for done in pool.map(run, _chunks(count, threads)):
-            if progress is not None:
-                progress(done)
-    figures = out[:, arm.n :].T
-    bad = np.flatnonzero(figures[STATUS] == NOT_AN_ARGUMENT)
-    if len(bad):
-        k = int(bad[0])
-        rows = slice(k * arm.n, (k + 1) * arm.n)
-        raise ArgumentError(f'row {k}: {_argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
-    for k in np.flatnonzero(figures[STATUS] == COLLISION).tolist():
-        rows = slice(k * arm.n, (k + 1) * arm.n)
-        out[k] = _solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room).row
-    status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
-    return BatchSolution(
-        out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,
-        figures[JOINT_DISTANCE], figures[TIME],
-    )  # fmt: skip
-
-
 def as_array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:
     """Return the value as a contiguous float64 array of the given shape (None: any length), itself if it is one, or
     raise ArgumentError."""
@@ -313,15 +216,7 @@ def as_array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray
     return array
 
 
-def _rows(values: Any, count: int, n: int, name: str) -> np.ndarray:
-    """Return (count * n,) numbers from as many rows, or from one for all."""
-    rows = as_array(values if np.ndim(values) == 2 else [values], name, (None, n))
-    if len(rows) not in (1, count):
-        raise ArgumentError(f'{name} has {len(rows)} rows; expected {count}, one for each target, or one for all')
-    return np.broadcast_to(rows, (count, n)).flatten()  # a copy, because the compiled code takes no read-only array
-
-
-def _argument_error(arm: Arm, options: SolveOptions, target: Any, seed: Any, reference: Any) -> ArgumentError:
+def argument_error(arm: Arm, options: SolveOptions, target: Any, seed: Any, reference: Any) -> ArgumentError:
     """Return an error that names the argument that the compiled check refused."""
     try:
         options.check_lengths(arm.n)
@@ -336,12 +231,6 @@ def _argument_error(arm: Arm, options: SolveOptions, target: Any, seed: Any, ref
         f'target = {pose.tolist()}; expected a finite homogeneous matrix with a rotation (R R^T = I within 1e-3, '
         'right-handed) and the last row 0 0 0 1'
     )
-
-
-def _chunks(count: int, threads: int) -> Iterator[slice]:
-    """Split 0..count-1 into pieces small enough to keep all threads busy to the end."""
-    size = max(1, min(256, count // (8 * threads) + 1))
-    return (slice(k, min(k + size, count)) for k in range(0, count, size))
 
 
 def _trace(rows: np.ndarray, count: int, n: int) -> Trace:

@@ -208,7 +208,23 @@ def test_the_program_fills_the_cache_and_a_node_starts_complete_from_it(tmp_path
     files = kept(tmp_path)
     start = 'from ros_ik_pkg.ik import Compilation as C; c = C(print); c.close(); print(c.complete, c.stream_ready)'
     assert run(start, NUMBA_CACHE_DIR=str(tmp_path)) == 'True True'
+    lanes = 'from ros_ik_pkg.ik.batch.entry import solve_lanes; print(solve_lanes.is_cached())'
+    assert run(lanes, NUMBA_CACHE_DIR=str(tmp_path)) == 'True'
     assert kept(tmp_path) == files
+
+
+def test_lanes_are_compiled_for_a_large_batch_and_for_nothing_else():
+    program = """
+from ros_ik_pkg.ik import load_arm, solve, solve_batch, warm_up
+from ros_ik_pkg.ik.batch.entry import solve_lanes
+warm_up(lambda text: None)
+arm = load_arm('panda')
+target = arm.forward(arm.home + 0.1)
+for count in (1, 20, 999):
+    solve(arm, target) if count == 1 else solve_batch(arm, [target] * count)
+    print(len(solve_lanes.compiled.signatures))
+"""
+    assert run(program).split() == ['0', '0', '1']
 
 
 @pytest.mark.workspace  # compiles for half a minute

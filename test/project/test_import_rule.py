@@ -40,8 +40,8 @@ COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 ROOMS = {
     'ik': (
         'exceptions', 'text', 'solution', 'kernel', 'motion', 'kinematics', 'branches', 'collision', 'step', 'descent',
-        'search', 'model', 'world', 'contacts', 'options', 'arm', 'loading', 'arm_tree', 'solver', 'tip_solver',
-        'compilation', 'path', 'reachability', '__init__',
+        'search', 'batch', 'model', 'world', 'contacts', 'options', 'arm', 'loading', 'arm_tree', 'solver',
+        'batch_solver', 'tip_solver', 'compilation', 'path', 'reachability', '__init__',
     ),
     'ros': (
         'interface', 'runtime', 'input', 'handling', 'servo', 'output', 'reply', 'client', 'node', 'ik_node',

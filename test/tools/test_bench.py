@@ -18,6 +18,7 @@ from ros_helpers import TIMEOUT, allow_lark
 
 from bench import check, iteration, peers, ros
 from bench.__main__ import make_parser, read_arguments
+from bench.batches import batch_row
 from bench.cases import KINDS, Case, make_case
 from bench.judge import Judge, rotation_vectors
 from bench.measure import JUMP, Entry, check_models, count_jumps, run_case
@@ -25,7 +26,7 @@ from bench.model import is_plain, make_model, urdf_of
 from bench.process import WorkerError, WorkerProcess
 from bench.report import Report
 from bench.solver import Answer, Model, Solver, UnsupportedError, time_calls
-from bench.solves import batch_row, load_all
+from bench.solves import load_all
 from bench.table import markdown, solve_table
 from bench.wire import receive, send
 from ros_ik_pkg.ik import METHODS, SolveOptions, load_arm, robot_names, solve_batch
@@ -331,10 +332,12 @@ def test_others_leave_arms_with_mimic_joints_out():
     assert list(versions) == ['ours']
 
 
-def test_batches_are_timed_on_one_worker_and_on_two(panda):
-    name, count, one, two, ratio = batch_row(panda, SolveOptions(), 50)
-    assert (name, count) == ('panda', '50')
+def test_batches_are_timed_one_by_one_side_by_side_and_on_two_workers(panda):
+    name, count, solved, scalar, lanes, gain, one, two, ratio, rate = batch_row(panda, SolveOptions(), 300)
+    assert (name, count, solved) == ('panda', '300', '300 of 300')
+    assert float(gain) == pytest.approx(float(scalar) / float(lanes), rel=0.05)
     assert float(ratio) == pytest.approx(float(one) / float(two), rel=0.05)
+    assert float(rate) == pytest.approx(1e6 / float(two), rel=0.05)
 
 
 @allow_lark

@@ -112,7 +112,7 @@ def log_manipulability(geometry, task, work):
     R, p = walk(geometry, work.q, work.joints)
     fill_columns(geometry, work.joints.axes, p, work.trial)
     shape_columns(task, R, task.weights, work.trial)
-    definite, _, pivots = factor(gram(work.trial, diagonal(task.weights, 0.0)))
+    definite, _, pivots, _ = factor(gram(work.trial, diagonal(task.weights, 0.0)))
     if not definite:
         return -math.inf
     total = 0.0

@@ -67,42 +67,45 @@ def lower_triangle(A):
 
 @inlined
 def factor(a):
-    """Return (definite, L, pivots) with A = L diag(pivots) L^T, unit lower triangular L (15 numbers row by row).
+    """Return (definite, L, pivots, inverses) with A = L diag(pivots) L^T, unit lower triangular L (15 numbers row by
+    row) and the inverses of the pivots.
 
     `a` is a lower triangle (21). If A is not positive definite, `definite` is False and the rest is meaningless. Unlike
     Cholesky's factors these need no square roots.
     """
     a00, a10, a11, a20, a21, a22, a30, a31, a32, a33, a40, a41, a42, a43, a44, a50, a51, a52, a53, a54, a55 = a
-    f = 1.0 / a00
-    l10, l20, l30, l40, l50 = f * a10, f * a20, f * a30, f * a40, f * a50
+    f0 = 1.0 / a00
+    l10, l20, l30, l40, l50 = f0 * a10, f0 * a20, f0 * a30, f0 * a40, f0 * a50
     d1 = a11 - l10 * a10
     b21, b31, b41, b51 = a21 - l20 * a10, a31 - l30 * a10, a41 - l40 * a10, a51 - l50 * a10
-    f = 1.0 / d1
-    l21, l31, l41, l51 = f * b21, f * b31, f * b41, f * b51
+    f1 = 1.0 / d1
+    l21, l31, l41, l51 = f1 * b21, f1 * b31, f1 * b41, f1 * b51
     d2 = a22 - l20 * a20 - l21 * b21
     b32 = a32 - l30 * a20 - l31 * b21
     b42 = a42 - l40 * a20 - l41 * b21
     b52 = a52 - l50 * a20 - l51 * b21
-    f = 1.0 / d2
-    l32, l42, l52 = f * b32, f * b42, f * b52
+    f2 = 1.0 / d2
+    l32, l42, l52 = f2 * b32, f2 * b42, f2 * b52
     d3 = a33 - l30 * a30 - l31 * b31 - l32 * b32
     b43 = a43 - l40 * a30 - l41 * b31 - l42 * b32
     b53 = a53 - l50 * a30 - l51 * b31 - l52 * b32
-    f = 1.0 / d3
-    l43, l53 = f * b43, f * b53
+    f3 = 1.0 / d3
+    l43, l53 = f3 * b43, f3 * b53
     d4 = a44 - l40 * a40 - l41 * b41 - l42 * b42 - l43 * b43
     b54 = a54 - l50 * a40 - l51 * b41 - l52 * b42 - l53 * b43
-    l54 = b54 / d4
+    f4 = 1.0 / d4
+    l54 = f4 * b54
     d5 = a55 - l50 * a50 - l51 * b51 - l52 * b52 - l53 * b53 - l54 * b54
-    definite = a00 > 0.0 and d1 > SINGULAR * a11 and d2 > SINGULAR * a22
-    definite = definite and d3 > SINGULAR * a33 and d4 > SINGULAR * a44 and d5 > SINGULAR * a55
+    # `&`, not `and`: the numbers may be Wide (kernel/wide.py)
+    definite = (a00 > 0.0) & (d1 > SINGULAR * a11) & (d2 > SINGULAR * a22)
+    definite = definite & (d3 > SINGULAR * a33) & (d4 > SINGULAR * a44) & (d5 > SINGULAR * a55)
     lower = (l10, l20, l21, l30, l31, l32, l40, l41, l42, l43, l50, l51, l52, l53, l54)
-    return definite, lower, (a00, d1, d2, d3, d4, d5)
+    return definite, lower, (a00, d1, d2, d3, d4, d5), (f0, f1, f2, f3, f4, 1.0 / d5)
 
 
 @inlined
-def substitute(lower, pivots, b):
-    """Return y (6 numbers) of L diag(pivots) L^T y = b."""
+def substitute(lower, inverses, b):
+    """Return y (6 numbers) of L D L^T y = b, with the inverses of the pivots D."""
     l10, l20, l21, l30, l31, l32, l40, l41, l42, l43, l50, l51, l52, l53, l54 = lower
     y0 = b[0]
     y1 = b[1] - l10 * y0
@@ -110,12 +113,12 @@ def substitute(lower, pivots, b):
     y3 = b[3] - l30 * y0 - l31 * y1 - l32 * y2
     y4 = b[4] - l40 * y0 - l41 * y1 - l42 * y2 - l43 * y3
     y5 = b[5] - l50 * y0 - l51 * y1 - l52 * y2 - l53 * y3 - l54 * y4
-    y5 = y5 / pivots[5]
-    y4 = y4 / pivots[4] - l54 * y5
-    y3 = y3 / pivots[3] - l43 * y4 - l53 * y5
-    y2 = y2 / pivots[2] - l32 * y3 - l42 * y4 - l52 * y5
-    y1 = y1 / pivots[1] - l21 * y2 - l31 * y3 - l41 * y4 - l51 * y5
-    y0 = y0 / pivots[0] - l10 * y1 - l20 * y2 - l30 * y3 - l40 * y4 - l50 * y5
+    y5 = y5 * inverses[5]
+    y4 = y4 * inverses[4] - l54 * y5
+    y3 = y3 * inverses[3] - l43 * y4 - l53 * y5
+    y2 = y2 * inverses[2] - l32 * y3 - l42 * y4 - l52 * y5
+    y1 = y1 * inverses[1] - l21 * y2 - l31 * y3 - l41 * y4 - l51 * y5
+    y0 = y0 * inverses[0] - l10 * y1 - l20 * y2 - l30 * y3 - l40 * y4 - l50 * y5
     return y0, y1, y2, y3, y4, y5
 
 

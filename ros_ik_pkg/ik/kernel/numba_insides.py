@@ -35,6 +35,7 @@ def _try_out() -> None:
     from ros_ik_pkg.ik.kernel.disk_cache import cache_in
     from ros_ik_pkg.ik.kernel.llvm_hints import on_its_own, small_loops
     from ros_ik_pkg.ik.kernel.parts import PartCompiler, make_part
+    from ros_ik_pkg.ik.kernel.wide import LANES, bits_of, where, wide_view
 
     cache_in(Path(tempfile.gettempdir()), [])(cache_in)  # makes no files
 
@@ -53,6 +54,17 @@ def _try_out() -> None:
             array[i] = i
         return inner(array)
 
+    @numba.njit
+    def side_by_side():
+        array = on_stack(LANES)
+        for k in range(LANES):
+            array[k] = k
+        numbers = wide_view(array, 0, (1,))
+        numbers[0] = where(numbers[0] >= 2.0, 1.0 - numbers[0], 9)
+        return bits_of(numbers[0] + 1.0 > 9.0), array[3]
+
+    if side_by_side() != (3, -2.0):
+        raise ValueError(f'it computes {side_by_side()} side by side; expected 3 and -2')
     for result in (outer(), inner(np.arange(5.0))):
         if result != 4.0:
             raise ValueError(f'it computes {result}; expected 4')

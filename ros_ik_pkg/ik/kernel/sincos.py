@@ -30,13 +30,26 @@ C = (
 
 
 @inlined
-def sincos(x):
-    """Return (sin x, cos x) of an angle below LARGE [rad]; without branches, so that the compiler can vectorise it."""
+def reduce_angle(x):
+    """Return (k, x - k pi/2) [rad] for the nearest multiple of a quarter turn."""
     quarter = math.floor(x * TWO_OVER_PI + 0.5)
-    r = ((x - quarter * PART_1) - quarter * PART_2) - quarter * PART_3
+    return quarter, ((x - quarter * PART_1) - quarter * PART_2) - quarter * PART_3
+
+
+@inlined
+def sincos_of_rest(r):
+    """Return (sin r, cos r) for |r| <= pi/4 [rad]."""
     z = r * r
     sine = r + r * z * (S[0] + z * (S[1] + z * (S[2] + z * (S[3] + z * (S[4] + z * S[5])))))
     cosine = 1.0 - 0.5 * z + z * z * (C[0] + z * (C[1] + z * (C[2] + z * (C[3] + z * (C[4] + z * C[5])))))
+    return sine, cosine
+
+
+@inlined
+def sincos(x):
+    """Return (sin x, cos x) of an angle below LARGE [rad]; without branches, so that the compiler can vectorise it."""
+    quarter, r = reduce_angle(x)
+    sine, cosine = sincos_of_rest(r)
     turn = int(quarter)
     sine, cosine = (cosine, sine) if turn & 1 else (sine, cosine)
     return -sine if turn & 2 else sine, -cosine if (turn + 1) & 2 else cosine

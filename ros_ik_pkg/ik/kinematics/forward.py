@@ -11,6 +11,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import joints_size, make_joints, unpack_model
+from ros_ik_pkg.ik.kernel.linalg import fill
 from ros_ik_pkg.ik.kernel.sincos import sincos_all
 
 
@@ -74,22 +75,21 @@ def beyond(p, x, y, z, rows, k):
 @inlined
 def fill_columns(geometry, axes, p, columns):
     """Write the Jacobian's columns [z x (p - p_i) ; z] or [z ; 0] as rows of `columns` (n, 6)."""
-    columns[:] = 0.0
+    mimics = len(geometry.prismatic) > len(columns)  # joints share variables, so their columns add up
+    for v in range(len(columns) if mimics else 0):
+        fill(columns[v], 0.0)
     for i in range(len(geometry.prismatic)):
         v, m = int(geometry.variable[i]), geometry.multiplier[i]
         x, y, z = m * axes[i, 0], m * axes[i, 1], m * axes[i, 2]
         if geometry.prismatic[i]:
-            columns[v, 0] += x
-            columns[v, 1] += y
-            columns[v, 2] += z
+            a, b, c, d, e, f = x, y, z, 0.0, 0.0, 0.0
         else:
             dx, dy, dz = p[0] - axes[i, 3], p[1] - axes[i, 4], p[2] - axes[i, 5]
-            columns[v, 0] += y * dz - z * dy
-            columns[v, 1] += z * dx - x * dz
-            columns[v, 2] += x * dy - y * dx
-            columns[v, 3] += x
-            columns[v, 4] += y
-            columns[v, 5] += z
+            a, b, c, d, e, f = y * dz - z * dy, z * dx - x * dz, x * dy - y * dx, x, y, z
+        if mimics:
+            a, b, c = columns[v, 0] + a, columns[v, 1] + b, columns[v, 2] + c
+            d, e, f = columns[v, 3] + d, columns[v, 4] + e, columns[v, 5] + f
+        columns[v, 0], columns[v, 1], columns[v, 2], columns[v, 3], columns[v, 4], columns[v, 5] = a, b, c, d, e, f
 
 
 @compiled

@@ -136,8 +136,8 @@ def _step_into(q, columns, e, lower, upper):
     """Move q by a damped step for the error e; joints that would go beyond a limit stop there, and once the others make
     up for them."""
     for last in (False, True):
-        _, L, pivots = factor(gram(columns, (DAMPING, DAMPING, DAMPING, DAMPING, DAMPING, DAMPING)))
-        y = substitute(L, pivots, e)
+        _, L, _, inverses = factor(gram(columns, (DAMPING, DAMPING, DAMPING, DAMPING, DAMPING, DAMPING)))
+        y = substitute(L, inverses, e)
         stopped = False
         for i in range(len(q)):
             move = _along(columns, i, y)

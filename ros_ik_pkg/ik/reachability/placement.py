@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik.arm import Arm
+from ros_ik_pkg.ik.batch_solver import solve_batch
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.search.reach import make_reach
-from ros_ik_pkg.ik.solver import solve_batch
 
 ATTEMPTS = 30  # of each search: most that fail do so because there is no solution
 ACROSS, TURNS = 15, 8  # candidates along x and y, and about z

@@ -108,9 +108,10 @@ def nearest_start(scores):
     least = bits[0]
     for k in range(1, len(bits)):
         least = min(least, bits[k])
-    best = len(bits)
-    for k in range(len(bits)):
-        best = min(best, k if bits[k] == least else len(bits))
+    count = np.int32(len(bits))  # of 32 bits too, so that as many are compared at once
+    best = count
+    for k in range(count):
+        best = min(best, np.int32(k) if bits[k] == least else count)
     return best
 
 
@@ -151,19 +152,21 @@ def score_starts(starts, task, scale, scores):
     on_its_own()
     first = starts.shape[0] - 7
     w, x, y, z = quaternion(task.R)
-    length = math.sqrt(w * w + x * x + y * y + z * z)
-    qw, qx, qy, qz = np.float32(w / length), np.float32(x / length), np.float32(y / length), np.float32(z / length)
-    px, py, pz = np.float32(task.p[0]), np.float32(task.p[1]), np.float32(task.p[2])
-    weights, per_metre = task.weights, 4.0 / (scale * scale)
-    wx = np.float32(per_metre * (weights[0] > 0.0 or task.in_tip_axes > 0.0))
-    wy = np.float32(per_metre * (weights[1] > 0.0 or task.in_tip_axes > 0.0))
-    wz = np.float32(per_metre * (weights[2] > 0.0 or task.in_tip_axes > 0.0))
-    turned = weights[3] > 0.0 and weights[4] > 0.0 and weights[5] > 0.0
-    wr, one = np.float32(2.0 * turned), np.float32(1.0)
+    weights = task.weights
+    turned = 2.0 * (weights[3] > 0.0 and weights[4] > 0.0 and weights[5] > 0.0)
+    per_length = turned / math.sqrt(w * w + x * x + y * y + z * z)
+    qw, qx, qy, qz = (
+        np.float32(w * per_length), np.float32(x * per_length), np.float32(y * per_length), np.float32(z * per_length),
+    )  # fmt: skip
+    sx = 2.0 / scale * (weights[0] > 0.0 or task.in_tip_axes > 0.0)
+    sy = 2.0 / scale * (weights[1] > 0.0 or task.in_tip_axes > 0.0)
+    sz = 2.0 / scale * (weights[2] > 0.0 or task.in_tip_axes > 0.0)
+    px, py, pz = np.float32(sx * task.p[0]), np.float32(sy * task.p[1]), np.float32(sz * task.p[2])
+    sx, sy, sz, rest = np.float32(sx), np.float32(sy), np.float32(sz), np.float32(turned)
     for k in range(len(scores)):
-        dx, dy, dz = starts[first, k] - px, starts[first + 1, k] - py, starts[first + 2, k] - pz
+        dx, dy, dz = sx * starts[first, k] - px, sy * starts[first + 1, k] - py, sz * starts[first + 2, k] - pz
         dot = (
-            starts[first + 3, k] * qw + starts[first + 4, k] * qx
-            + starts[first + 5, k] * qy + starts[first + 6, k] * qz
+            qw * starts[first + 3, k] + qx * starts[first + 4, k]
+            + qy * starts[first + 5, k] + qz * starts[first + 6, k]
         )  # fmt: skip
-        scores[k] = wx * dx * dx + wy * dy * dy + wz * dz * dz + wr * (one - abs(dot))
+        scores[k] = abs(rest + dx * dx + dy * dy + dz * dz - abs(dot))  # rounding can make it negative

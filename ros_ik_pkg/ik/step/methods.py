@@ -89,6 +89,17 @@ def apply_transpose(rows, columns, y, dq):
         dq[i] = s
 
 
+@inlined
+def combine_rows(columns, y, dq):
+    """Write dq = J^T y for six numbers y in registers."""
+    a, b, c, d, e, f = y
+    for i in range(len(columns)):
+        dq[i] = (
+            columns[i, 0] * a + columns[i, 1] * b + columns[i, 2] * c
+            + columns[i, 3] * d + columns[i, 4] * e + columns[i, 5] * f
+        )  # fmt: skip
+
+
 @kernel
 def transpose_step(work):
     """dq = alpha J^T e with alpha = <e, J J^T e> / |J J^T e|^2; zero if the denominator is zero."""
@@ -108,16 +119,16 @@ def transpose_step(work):
 @inlined
 def damped_step(damping, work):
     """dq = J^T (J J^T + lambda^2 I)^-1 e, the pseudoinverse step if lambda is 0; return whether there is one."""
-    definite, lower, pivots = factor(gram(work.columns, diagonal(work.weights, damping * damping)))
-    apply_transpose(ROWS, work.columns, substitute(lower, pivots, work.e), work.dq)
+    definite, lower, _, inverses = factor(gram(work.columns, diagonal(work.weights, damping * damping)))
+    combine_rows(work.columns, substitute(lower, inverses, work.e), work.dq)
     return definite
 
 
 @inlined
 def solve_normal_equations(work):
     """Write y of A y = rhs, with the lower triangle of A alone; return whether A is positive definite."""
-    definite, lower, pivots = factor(lower_triangle(work.A))
-    assign(work.y, substitute(lower, pivots, work.rhs))
+    definite, lower, _, inverses = factor(lower_triangle(work.A))
+    assign(work.y, substitute(lower, inverses, work.rhs))
     return definite
 
 

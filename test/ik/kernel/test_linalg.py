@@ -87,8 +87,8 @@ def lower(A):
 
 def solve(A, b):
     """Return y of A y = b; None if the factors say that A is not positive definite."""
-    definite, L, pivots = factor(lower(A))
-    return np.array(substitute(L, pivots, b)) if definite else None
+    definite, L, _, inverses = factor(lower(A))
+    return np.array(substitute(L, inverses, b)) if definite else None
 
 
 @law
@@ -112,10 +112,11 @@ def test_a_lower_triangle_is_read_row_by_row(seed):
 def test_the_factors_multiply_to_the_matrix(seed, n):
     J = random_jacobian(np.random.default_rng(seed), n, 6)
     A = J @ J.T + 1e-3 * np.eye(6)
-    definite, below, pivots = factor(lower(A))
+    definite, below, pivots, inverses = factor(lower(A))
     L = np.eye(6)
     L[np.tril_indices(6, -1)] = below
     assert definite
+    np.testing.assert_allclose(np.multiply(pivots, inverses), 1.0, rtol=4 * EPS)
     np.testing.assert_allclose(L @ np.diag(pivots) @ L.T, A, rtol=0, atol=50 * EPS * np.linalg.norm(A))
 
 
@@ -160,7 +161,7 @@ def test_a_gram_matrix_of_rank_five_has_a_last_pivot_that_is_rounding(seed):
     block is ill-conditioned, z is long and such a pivot exceeds SINGULAR: then one matrix in 15 counts as definite.
     """
     J = random_jacobian(np.random.default_rng(seed), 7, 5)
-    _, below, pivots = factor(gram(np.ascontiguousarray(J.T), (0.0,) * 6))
+    _, below, pivots, _ = factor(gram(np.ascontiguousarray(J.T), (0.0,) * 6))
     L = np.eye(6)
     L[np.tril_indices(6, -1)] = below
     z = np.linalg.svd(J)[0][:, 5]
