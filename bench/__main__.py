@@ -44,6 +44,8 @@ def main() -> int:
             return measure_collision(arguments.collision)
         if arguments.check_paths:
             return check_paths(arguments.check_paths)
+        if arguments.secondary:
+            return measure_wishes(arguments.secondary)
         if arguments.servo:
             return measure_servo(arguments.servo)
         report = Report('scripts/bench ' + shlex.join(sys.argv[1:]))
@@ -72,6 +74,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument('--collision', type=_positive, metavar='N')
     parser.add_argument('--check-paths', type=_positive, metavar='N')
     parser.add_argument('--servo', type=_positive, metavar='N')
+    parser.add_argument('--secondary', type=_positive, metavar='N')
     parser.add_argument('--output', type=Path)
     return parser
 
@@ -131,6 +134,15 @@ def check_paths(count: int) -> int:
     rows, wrong = check_rows(count)
     print(markdown([CHECK_HEAD, *rows]))
     return int(wrong > 0)
+
+
+def measure_wishes(count: int) -> int:
+    """Solve N full poses for five joints and print how near they come; 1 if a solution is not what it says."""
+    from bench.wishes import WISH_HEAD, wish_row
+
+    row, wrong = wish_row(count)
+    print(markdown([WISH_HEAD, row]))
+    return int(wrong)
 
 
 def measure_servo(count: int) -> int:

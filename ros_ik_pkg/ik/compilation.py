@@ -21,6 +21,7 @@ from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
 from ros_ik_pkg.ik.search.final_check import passes
+from ros_ik_pkg.ik.search.ordered_entry import solve_in_order
 from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, use_usual
 from ros_ik_pkg.ik.world import World
 
@@ -48,6 +49,7 @@ def warm_up(report: Report = print) -> float:
         compile_small()
         solve_one.prepare()
         solve_range.prepare()
+        solve_in_order.prepare()
     _report_oddities(report)
     return time.monotonic() - began
 
@@ -96,6 +98,7 @@ class Compilation:
             return
         try:
             solve_range.prepare()
+            solve_in_order.prepare()
             use_usual(False)
         except Exception as error:
             self._report(f'not all of the solver could be compiled, {error}; targets that need it are refused')
@@ -105,8 +108,8 @@ class Compilation:
 
 
 def all_cached() -> bool:
-    """Return whether the cache holds both searches."""
-    return solve_one.is_cached() and solve_range.is_cached()
+    """Return whether the cache holds all searches for one tip."""
+    return all(entry.is_cached() for entry in (solve_one, solve_range, solve_in_order))
 
 
 def compile_small() -> None:

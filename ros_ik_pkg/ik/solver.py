@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +17,8 @@ from ros_ik_pkg.ik.collision.obstruction import MOST_TOUCHING
 from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ik.exceptions import ArgumentError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
-from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.options import SolveOptions, demanded_alone
+from ros_ik_pkg.ik.ordered_solver import measure_wishes, solve_rows_in_order
 from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
     FOUND,
@@ -29,11 +30,14 @@ from ros_ik_pkg.ik.search.entry import (
     STATUS,
     STEPS,
     TIME,
+    WISHED_ORIENTATION_ERROR,
+    WISHED_POSITION_ERROR,
     solve_one,
     solve_range,
     solve_usual,
 )
 from ros_ik_pkg.ik.solution import FIGURES, Solution, Status, Trace
+from ros_ik_pkg.ik.touching import take_best
 from ros_ik_pkg.ik.world import World
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
@@ -44,8 +48,8 @@ POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
 STILL_COMPILING = (
-    'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting and a search for '
-    'solutions clear of contact'
+    'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting, rows that are '
+    'only wished for and a search for solutions clear of contact'
 )
 
 one_target: Callable[..., bool] | None = None  # what `solve` calls; set when it is first needed
@@ -109,15 +113,16 @@ def solve(
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = as_array(seed, 'seed', (arm.n,))
     room = arm.contacts.room(world) if options.avoid_collisions and arm.shaped else None
-    if trace or reference is not None or options.choice == 'all':
+    n = arm.n
+    if n < options.wishes_below or trace or reference is not None or options.choice == 'all':
         return _solve_at_length(arm, target, seed, options, reference, trace, room)
     call = one_target or use_usual(False)  # held, because another thread may change it
     model = arm.packed if room is None or call is solve_usual.compiled else room.behind(arm.packed)
-    row = empty(arm.n + WIDTH)
+    row = empty(n + WIDTH)
     try:
         good = call(model, options.numbers, target, seed, row)
     except TypeError:  # other dimensions, or not aligned
-        target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (arm.n,))
+        target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (n,))
         good = call(model, options.numbers, target, seed, row)
     if not good:
         if row[STATUS - WIDTH] == NOT_COMPILED:
@@ -125,7 +130,7 @@ def solve(
         raise _argument_error(arm, options, target, seed, seed)
     if room is not None:
         if call is solve_usual.compiled:
-            _refuse_contact(row[: arm.n], options, room)
+            _refuse_contact(row[:n], options, room)
         elif row[STATUS - WIDTH] == Status.COLLISION:  # an enumeration takes a microsecond to compare
             return _solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
@@ -159,9 +164,15 @@ def _solve_at_length(
     origin = seed if reference is None else as_array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
-    model = arm.packed if room is None else room.behind(arm.packed)
     touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
-    count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
+    wishes = n < options.wishes_below
+    if wishes:
+        count = solve_rows_in_order(
+            arm, room, options, target, seed, origin, row.reshape(1, -1), answers, touching, rows
+        )
+    else:
+        model = arm.packed if room is None else room.behind(arm.packed)
+        count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise _argument_error(arm, options, target, seed, origin)
     if room is not None and row[STATUS - WIDTH] == Status.COLLISION:
@@ -169,35 +180,14 @@ def _solve_at_length(
         def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
             solve_range(arm.packed, numbers, target, q, origin, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
 
-        take_best(look_at, options, room, touching[~np.isnan(touching[:, 0])], row)
+        alone = demanded_alone(options) if wishes else options
+        take_best(look_at, alone, room, touching[~np.isnan(touching[:, 0])], row)
+        if wishes:
+            measure_wishes(arm, options, target, origin, row)
         if row[STATUS - WIDTH] == Status.CONVERGED and options.choice == 'all':
             answers[0] = row[:n]
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
     return Solution(row, found, _trace(rows, count, n) if trace else None, room)
-
-
-def take_best(
-    look_at: Callable[[np.ndarray, np.ndarray, np.ndarray], None], options: SolveOptions, room: Room,
-    touching: np.ndarray, row: np.ndarray,
-) -> None:
-    """Write the first configuration of `touching` (k, n) that is clear by coal to `row`, or else the one that touches
-    least.
-
-    The search uses a lower bound of distances, so what it calls clear is clear, but what it says touches may be clear.
-    `look_at(q, numbers, row)` writes q and its figures to a row, by these numbers of SolveOptions.
-    """
-    meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
-    clear = next((q for q in touching if room.is_clear(q, margin, meshes)), None)
-    best = clear if clear is not None else max(touching, key=lambda q: room.look(q, meshes).clearance)
-    lone = replace(options, choice='first', max_attempts=1, max_iterations=0, null_space='none')
-    one = np.empty_like(row)
-    look_at(best, lone.numbers, one)
-    held = one[STATUS - WIDTH] in (Status.CONVERGED, Status.JOINT_JUMP)
-    for figure in (STEPS, ATTEMPTS, TIME):
-        one[figure - WIDTH] = row[figure - WIDTH]
-    if not (held and clear is not None and np.array_equal(one[: len(best)], best)):
-        one[STATUS - WIDTH], one[FOUND - WIDTH] = Status.COLLISION, 0.0
-    row[:] = one
 
 
 @dataclass(slots=True)
@@ -212,6 +202,8 @@ class BatchSolution:
     attempts: np.ndarray  # (N,) int64
     joint_distance: np.ndarray  # (N,) [rad, m]
     solve_time: np.ndarray  # (N,) [s]
+    wished_position_error: np.ndarray  # (N,) [m]
+    wished_orientation_error: np.ndarray  # (N,) [rad]
 
     @property
     def converged(self) -> np.ndarray:
@@ -260,13 +252,18 @@ def solve_batch(
     if options.avoid_collisions and arm.shaped:
         room = arm.contacts.room(world)
         model = room.behind(model)
+    wishes = arm.n < options.wishes_below
 
     def run(chunk: slice) -> int:
         a, b = chunk.start, chunk.stop
-        solve_range(
-            model, options.numbers, flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n],
-            origins[a * arm.n : b * arm.n], out[a:b], NOTHING, NOTHING, NOTHING,
+        part = (
+            flat[4 * a : 4 * b], starts[a * arm.n : b * arm.n], origins[a * arm.n : b * arm.n], out[a:b], NOTHING,
+            NOTHING, NOTHING,
         )  # fmt: skip
+        if wishes:
+            solve_rows_in_order(arm, room, options, *part)
+        else:
+            solve_range(model, options.numbers, *part)
         return b - a
 
     threads = len(os.sched_getaffinity(0)) if workers is None else workers
@@ -288,7 +285,7 @@ def solve_batch(
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,
-        figures[JOINT_DISTANCE], figures[TIME],
+        figures[JOINT_DISTANCE], figures[TIME], figures[WISHED_POSITION_ERROR], figures[WISHED_ORIENTATION_ERROR],
     )  # fmt: skip
 
 

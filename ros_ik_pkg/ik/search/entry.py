@@ -50,6 +50,9 @@ STATUS, FOUND, STEPS, ATTEMPTS, POSITION_ERROR, ORIENTATION_ERROR = (
 JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK, SEED_CLIPPED, TIME = (
     FIGURES.index(name) for name in ('joint_distance', 'sigma_min', 'limits_mask', 'seed_clipped', 'solve_time')
 )
+WISHED_ROWS, WISHED_POSITION_ERROR, WISHED_ORIENTATION_ERROR = (
+    FIGURES.index(name) for name in ('wished_rows', 'wished_position_error', 'wished_orientation_error')
+)
 WIDTH = len(FIGURES)
 
 

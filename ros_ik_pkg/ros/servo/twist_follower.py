@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from ros_ik_pkg.ik import Arm, NotCompiledError, SolveOptions, Status, solve
+from ros_ik_pkg.ik.options import all_demanded
 from ros_ik_pkg.ros.handling.final_check import fault_of, fault_of_command
 from ros_ik_pkg.ros.interface.servo_settings import GO_ON, STOP
 from ros_ik_pkg.ros.servo.caution import UNNOTICED, Caution, posture
@@ -52,6 +53,7 @@ class TwistFollower:
     ) -> None:
         """blocked: whether the whole motion stops if the joints cannot follow, or goes on with those that can."""
         self._arm, self._limits, self._caution, self._period, self._blocked = arm, limits, caution, period, blocked
+        options = all_demanded(options)
         self._weights = np.array(options.task_weights)
         self._in_tip_axes = options.task_frame == 'tip'
         self._checked = options
