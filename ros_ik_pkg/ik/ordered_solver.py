@@ -30,8 +30,10 @@ ATTEMPTS_PLACE, DEADLINE_PLACE = (Tuning._fields.index(name) for name in ('max_a
 ERRORS = (POSITION_ERROR, ORIENTATION_ERROR, WISHED_ROWS, WISHED_POSITION_ERROR, WISHED_ORIENTATION_ERROR)
 NOTHING = np.empty((0, 0))
 LEAST_TIME = 1e-6  # s
-ALMOST = 0.1  # rad: a pose that is missed by less may be one that can be reached whole, by another way
-FEW = 30  # attempts to reach such a pose whole
+# A pose that is missed by less than ALMOST [rad] may be one that the arm reaches whole elsewhere: FEW attempts search
+# for that, or if it is missed by less than HARDLY as many as the options allow.
+ALMOST, HARDLY = 0.5, 0.01
+FEW = 20
 
 
 def solve_rows_in_order(
@@ -55,7 +57,7 @@ def solve_rows_in_order(
         row, written = out[k], min(count, len(rows))
         before = row.copy()
         numbers = (demanded_alone(options) if lost else options).numbers.copy()
-        if almost:
+        if almost and error > HARDLY:
             numbers[ATTEMPTS_PLACE] = min(numbers[ATTEMPTS_PLACE], FEW)
         if options.deadline > 0.0:
             numbers[DEADLINE_PLACE] = max(options.deadline - before[TIME - WIDTH], LEAST_TIME)
@@ -63,7 +65,8 @@ def solve_rows_in_order(
             model, numbers, target, seeds[own], references[own], row.reshape(1, -1), answers if lost else NOTHING,
             touching, rows[written:],
         )  # fmt: skip
-        rows[written : written + more, 0] += before[ATTEMPTS - WIDTH]
+        if len(rows) > 0:
+            rows[written : written + more, 0] += before[ATTEMPTS - WIDTH]
         count += more
         spent = row[[STEPS - WIDTH, ATTEMPTS - WIDTH, TIME - WIDTH]]
         if almost and row[STATUS - WIDTH] != Status.CONVERGED:
@@ -72,7 +75,8 @@ def solve_rows_in_order(
             _come_near(arm, model, options, target, references[own], row)
         else:
             measure_wishes(arm, options, target, references[own], row)
-            answers[:1] = row[: arm.n]
+            if len(answers) > 0:
+                answers[0] = row[: arm.n]
         for figure, own_figure in zip((STEPS, ATTEMPTS, TIME), spent):
             row[figure - WIDTH] = before[figure - WIDTH] + own_figure
     return count
