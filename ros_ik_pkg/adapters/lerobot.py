@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik import ArgumentError, ModelError, SolveOptions, load_arm, solve
 
+# Weight of the orientation that leaves the position exact to micrometres; the last descent removes what is left.
+SLIGHT = 1e-3
 # One descent, from where the arm is, so that the answer never leaps to another branch. It always ends, so it needs no
 # deadline. LeRobot's arms rest folded, with their links in contact.
 LOCAL = SolveOptions(max_attempts=1, max_iterations=400, deadline=0.0, avoid_collisions=False)
-POSITION = replace(LOCAL, task_weights=(1.0,) * 3 + (0.0,) * 3)
-POSITION_FIRST = replace(LOCAL, secondary='orientation')
 
 
 class RobotKinematics:
@@ -84,15 +84,20 @@ class RobotKinematics:
         if not (np.isfinite(weights).all() and weights.min() >= 0.0 < weights.max()):
             raise ArgumentError(f'weights {weights.tolist()}: expected numbers from 0, one of them above 0')
         seed = self._chain(current_joint_pos)
-        if orientation_weight == 0.0:
-            options = POSITION
-        elif position_weight > orientation_weight:
-            options = POSITION_FIRST
-        else:  # the solver squares weight times error
-            options = _weighted(np.sqrt(position_weight / orientation_weight))
+        if position_weight > orientation_weight:
+            q = self._nearest(desired_ee_pose, seed, 1.0, SLIGHT if orientation_weight else 0.0)
+            if orientation_weight:
+                q = self._nearest(desired_ee_pose, q, 1.0, 0.0)
+        else:
+            ratio = np.sqrt(position_weight / orientation_weight)  # the solver squares weight times error
+            q = self._nearest(desired_ee_pose, seed, ratio, 1.0)
         motors = np.array(current_joint_pos, dtype=float)
-        motors[self._order] = np.rad2deg(solve(self.arm, desired_ee_pose, seed, options).q)
+        motors[self._order] = np.rad2deg(q)
         return motors
+
+    def _nearest(self, pose: ArrayLike, seed: np.ndarray, position: float, orientation: float) -> np.ndarray:
+        """Return the joint positions [rad] at a pose, else those of the closest approach from the seed."""
+        return solve(self.arm, pose, seed, _options(position, orientation)).q
 
     def _chain(self, motors: ArrayLike) -> np.ndarray:
         """Return the positions [rad] of the arm's joints from those of the motors."""
@@ -104,6 +109,6 @@ class RobotKinematics:
 
 
 @cache
-def _weighted(ratio: float) -> SolveOptions:
-    """Return the options for this weight of the position beside 1; making them takes longer than a solve."""
-    return replace(LOCAL, task_weights=(ratio,) * 3 + (1.0,) * 3)
+def _options(position: float, orientation: float) -> SolveOptions:
+    """Return the options for these weights; making them takes longer than a solve."""
+    return replace(LOCAL, task_weights=(position,) * 3 + (orientation,) * 3)
