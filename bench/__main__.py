@@ -41,6 +41,7 @@ CHECKS = {
     'zoo': 'solve N poses of every chain of every installed URDF',
     'batches': 'solve N targets at once, on one core and on all; how it compares with one by one',
     'collision': 'solve N targets clear of contact in each room, judged by coal',
+    'secondary': 'solve N full poses for five joints, judged by SciPy',
     'check-paths': 'follow N random paths, check every motion by SciPy, Pinocchio and coal',
     'servo': 'drive an arm into trouble N times; the lines of the tip; what a command costs',
     'reach': 'judge reach maps of two arms by N random poses each',
@@ -66,6 +67,8 @@ def main() -> int:
             return measure_collision(arguments.collision, arguments.peers)
         if arguments.check_paths:
             return check_paths(arguments.check_paths)
+        if arguments.secondary:
+            return measure_wishes(arguments.secondary)
         if arguments.servo:
             return measure_servo(arguments.servo)
         if arguments.reach:
@@ -164,6 +167,15 @@ def check_paths(count: int) -> int:
     rows, wrong = check_rows(count)
     print(markdown([CHECK_HEAD, *rows]))
     return int(wrong > 0)
+
+
+def measure_wishes(count: int) -> int:
+    """Solve N full poses for five joints and print how near they come; 1 if a solution is not what it says."""
+    from bench.wishes import WISH_HEAD, wish_row
+
+    row, wrong = wish_row(count)
+    print(markdown([WISH_HEAD, row]))
+    return int(wrong)
 
 
 def measure_servo(count: int) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ros_ik_pkg.ik import METHODS, Arm, SolveOptions, Status, Trace, solve
+from ros_ik_pkg.ik.options import all_demanded
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,8 @@ def compare_methods(
 
 
 def single_descent(options: SolveOptions, method: str) -> SolveOptions:
-    """Return the options of one descent with a method: no restarts, no deadline, first solution."""
+    """Return the options of one descent with a method: all rows demanded, no restarts, no deadline, first solution."""
+    options = all_demanded(options)
     return replace(options, method=method, max_attempts=1, deadline=0.0, choice='first', max_joint_jump=0.0)
 
 

@@ -20,6 +20,7 @@ from ros_ik_pkg.ik.model.pinocchio_model import carrier_of, frame_id, joint_id
 from ros_ik_pkg.ik.model.tool import read_tool
 from ros_ik_pkg.ik.model.tree import Joint, Tree
 from ros_ik_pkg.ik.search.moved_tip import moved_reach, moved_starts
+from ros_ik_pkg.ik.search.ordered_starts import make_ordered_starts
 from ros_ik_pkg.ik.search.reach import make_reach
 from ros_ik_pkg.ik.search.starts import COUNT, make_starts
 from ros_ik_pkg.ik.text import list_names, suggest
@@ -161,6 +162,11 @@ class Arm:
     def starts(self) -> np.ndarray:
         """The starts of searches (see `starts.make_starts`)."""
         return self.packed.view(np.float32)[-(self.n + 7) * COUNT :].reshape(-1, COUNT)
+
+    @cached_property
+    def ordered_starts(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where descents begin if rows are wished for only (see `ordered_starts.make_ordered_starts`)."""
+        return make_ordered_starts(self.geometry, self.packed, float(self.reach.lengths[1]))
 
     def forward(self, q: ArrayLike) -> np.ndarray:
         """Pose (4, 4) of the tool, or of the tip frame without a tool, in the base frame at q (n,) [rad, m]."""

@@ -15,6 +15,7 @@ from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.ordered_solver import solve_rows_in_order
 from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
     JOINT_DISTANCE,
@@ -24,6 +25,8 @@ from ros_ik_pkg.ik.search.entry import (
     STATUS,
     STEPS,
     TIME,
+    WISHED_ORIENTATION_ERROR,
+    WISHED_POSITION_ERROR,
     solve_range,
 )
 from ros_ik_pkg.ik.solution import Status
@@ -51,6 +54,8 @@ class BatchSolution:
     attempts: np.ndarray  # (N,) int64
     joint_distance: np.ndarray  # (N,) [rad, m]
     solve_time: np.ndarray  # (N,) [s]
+    wished_position_error: np.ndarray  # (N,) [m]
+    wished_orientation_error: np.ndarray  # (N,) [rad]
 
     @property
     def converged(self) -> np.ndarray:
@@ -105,20 +110,25 @@ def solve_batch(
     if options.avoid_collisions and arm.shaped:
         room = arm.contacts.room(world)
         model = room.behind(model)
-    lanes = room is None and fits_lanes(options, count)
+    wishes = arm.n < options.wishes_below
+    lanes = room is None and not wishes and fits_lanes(options, count)
 
     def arguments(a: int, b: int) -> tuple[Any, ...]:
         of_joints = slice(a * arm.n, b * arm.n)
-        return model, options.numbers, flat[4 * a : 4 * b], starts[of_joints], origins[of_joints], out[a:b]
+        return flat[4 * a : 4 * b], starts[of_joints], origins[of_joints], out[a:b]
 
     def run(chunk: slice) -> int:
         a, b = chunk.start, chunk.stop
         rest = [(a, b)]
         if lanes:
-            solve_lanes(*arguments(a, b))
+            solve_lanes(model, options.numbers, *arguments(a, b))
             rest = [(a + first, a + last) for first, last in _runs(out[a:b, arm.n + STATUS] == HANDED_OVER)]
         for first, last in rest:
-            solve_range(*arguments(first, last), NOTHING, NOTHING, NOTHING)
+            part = *arguments(first, last), NOTHING, NOTHING, NOTHING
+            if wishes:
+                solve_rows_in_order(arm, room, options, *part)
+            else:
+                solve_range(model, options.numbers, *part)
         return b - a
 
     threads = len(os.sched_getaffinity(0)) if workers is None else workers
@@ -140,7 +150,7 @@ def solve_batch(
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,
-        figures[JOINT_DISTANCE], figures[TIME],
+        figures[JOINT_DISTANCE], figures[TIME], figures[WISHED_POSITION_ERROR], figures[WISHED_ORIENTATION_ERROR],
     )  # fmt: skip
 
 

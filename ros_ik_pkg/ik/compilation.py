@@ -23,6 +23,7 @@ from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.motion.jerk_limited import advance, can_stop, halt, time_to_rest
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
 from ros_ik_pkg.ik.search.final_check import passes
+from ros_ik_pkg.ik.search.ordered_entry import solve_in_order
 from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, use_usual
 from ros_ik_pkg.ik.world import World
 
@@ -52,6 +53,7 @@ def warm_up(report: Report = print) -> float:
         compile_small()
         solve_one.prepare()
         solve_range.prepare()
+        solve_in_order.prepare()
     _report_oddities(report)
     return time.monotonic() - began
 
@@ -107,6 +109,7 @@ class Compilation:
         try:
             if not self.complete and self._helped(all_cached):
                 solve_range.prepare()
+                solve_in_order.prepare()
                 use_usual(False)
                 self.complete = True
                 self._report(f'all of the solver is compiled, {time.monotonic() - began:.0f} s after the usual solve')
@@ -124,8 +127,8 @@ class Compilation:
 
 
 def all_cached() -> bool:
-    """Return whether the cache holds both searches."""
-    return solve_one.is_cached() and solve_range.is_cached()
+    """Return whether the cache holds all searches for one tip."""
+    return all(entry.is_cached() for entry in (solve_one, solve_range, solve_in_order))
 
 
 def stream_cached() -> bool:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from array import array
-from dataclasses import dataclass, fields, make_dataclass
+from dataclasses import dataclass, fields, make_dataclass, replace
 from dataclasses import field as dataclass_field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from ros_ik_pkg.ik.exceptions import OptionError
 from ros_ik_pkg.ik.kernel.data_layout import METHOD_COLUMNS, Tuning
+from ros_ik_pkg.ik.solution import ROW_NAMES
+from ros_ik_pkg.ik.task_rows import AUTO, SECONDARIES, names_of_rows, wishes_of
 from ros_ik_pkg.ik.text import suggest, to_number
 from ros_ik_pkg.methods import BY_NAME, DEFAULT, METHODS, TABLE
 
@@ -20,6 +23,8 @@ TASK_FRAMES = ('base', 'tip')
 GEOMETRIES = ('convex', 'mesh')
 # [m] added to the margin in the search, so that coal agrees with it in spite of its tolerance
 FURTHER = 2e-5
+# Options that say what is demanded: with values of their own, 'auto' wishes for nothing.
+SAID_OTHERWISE = ('position_tolerance', 'orientation_tolerance', 'task_weights', 'task_tolerances')
 NULL_SPACES = ('none', 'posture', 'limits', 'manipulability', 'clearance')
 
 
@@ -35,6 +40,7 @@ class Option:
     minimum: float | None = None
     maximum: float | None = None
     allowed: tuple[str, ...] = ()
+    listed: tuple[str, ...] = ()  # words of which a list, separated by blanks, is allowed too
 
     def check(self, value: Any) -> Any:
         """Return the value in the declared type, or raise OptionError naming option, value and what is allowed.
@@ -54,7 +60,8 @@ class Option:
         if isinstance(self.default, bool):
             return 'true or false'
         if self.allowed:
-            return 'one of ' + ', '.join(self.allowed)
+            words = f', or some of {" ".join(self.listed)}' if self.listed else ''
+            return f'one of {", ".join(self.allowed)}{words}'
         if isinstance(self.default, str):
             return 'a text'
         kind = 'whole number' if isinstance(self.default, int) else 'number'
@@ -74,7 +81,11 @@ class Option:
         return bool(value)
 
     def _check_text(self, value: Any) -> str:
-        if not isinstance(value, str) or (self.allowed and value not in self.allowed):
+        if not isinstance(value, str):
+            raise self._refuse(value)
+        words = value.split()
+        is_list = bool(words) and len(set(words)) == len(words) and set(words) <= set(self.listed)
+        if self.allowed and value not in self.allowed and not is_list:
             raise self._refuse(value)
         return value
 
@@ -205,6 +216,14 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
         'base', 'axes of the rows of the task: those of the base frame, or of the tip frame at the target',
         allowed=TASK_FRAMES,
     )
+    secondary: str = option(
+        AUTO,
+        'rows of the task that are wished for only: the others are held within the tolerances, and these come as near '
+        'as that allows; auto: the orientation, if the arm has fewer than six joints, and task_weights, '
+        'task_tolerances and both tolerances have their defaults',
+        allowed=(AUTO, *SECONDARIES),
+        listed=ROW_NAMES,
+    )
     null_space: str = option(
         'none',
         'what redundant joints are used for: nothing, nearness to the posture, distance from the joint limits, '
@@ -246,6 +265,9 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     )
 
     numbers: np.ndarray = dataclass_field(init=False, repr=False, compare=False)
+    # The number of joints below which rows are wished for only, and the rows, as a number whose bit r stands for row r
+    wishes_below: float = dataclass_field(init=False, repr=False, compare=False)
+    wished_mask: int = dataclass_field(init=False, repr=False, compare=False)
 
     def __new__(cls, *_: Any, **values: Any) -> SolveOptions:
         """Refuse an unknown name, with similar ones as a suggestion."""
@@ -261,6 +283,19 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
         if not any(self.task_weights):
             raise OptionError('task_weights drops all six rows: expected at least one weight above 0')
         object.__setattr__(self, 'numbers', self._numbers())
+        usual = all(getattr(self, spec.name) == spec.default for spec in OPTIONS if spec.name in SAID_OTHERWISE)
+        below, mask = wishes_of(self.secondary, self.task_weights, usual and self.max_attempts > 1)
+        object.__setattr__(self, 'wishes_below', below)
+        object.__setattr__(self, 'wished_mask', mask)
+
+    def wished_rows(self, joints: int) -> tuple[str, ...]:
+        """Return the names of the rows that are wished for only if an arm has this many joints."""
+        return names_of_rows(self.wished_mask) if joints < self.wishes_below else ()
+
+    def demanded_rows(self, joints: int) -> tuple[str, ...]:
+        """Return the names of the rows that every solution holds."""
+        wished = self.wished_rows(joints)
+        return tuple(name for name, weight in zip(ROW_NAMES, self.task_weights) if weight > 0.0 and name not in wished)
 
     def _numbers(self) -> np.ndarray:
         """Return the options for compiled code: the fields of `Tuning`, then the lists."""
@@ -285,6 +320,18 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
             count = len(getattr(self, name))
             if count not in (0, joints):
                 raise OptionError(f'{name} has {count} numbers; expected {joints}, one for each joint, or none')
+
+
+def all_demanded(options: SolveOptions) -> SolveOptions:
+    """Return the options with all rows of the task demanded."""
+    return options if options.wishes_below == 0 else replace(options, secondary='none')
+
+
+@lru_cache(maxsize=64)
+def demanded_alone(options: SolveOptions) -> SolveOptions:
+    """Return the options with the demanded rows of the task only."""
+    weights = tuple(0.0 if options.wished_mask >> r & 1 else weight for r, weight in enumerate(options.task_weights))
+    return replace(options, task_weights=weights, secondary='none')
 
 
 def _declared() -> tuple[Option, ...]:

@@ -24,6 +24,9 @@ TRACE_COLUMNS = (
 )
 
 
+ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')  # of a task
+
+
 class Status(enum.IntEnum):
     """Why a descent or a whole search stopped; the compiled loop uses the same numbers."""
 
@@ -109,6 +112,9 @@ FIGURES = (
     'seed_clipped',
     'completeness',
     'solve_time',
+    'wished_rows',
+    'wished_position_error',
+    'wished_orientation_error',
 )
 # What a search knows of the solutions that it does not return, by the number that the compiled code writes.
 COMPLETENESS = ('', 'exhaustion', 'family', 'proof')
@@ -189,6 +195,13 @@ class Solution:
     sigma_min = _figure(
         'sigma_min', float, 'Smallest singular value of the task Jacobian at q; NaN if the search converged.'
     )
+    wished_position_error = _figure(
+        'wished_position_error', float, 'Norm of the wished position rows of the error [m]; NaN without wished rows.'
+    )
+    wished_orientation_error = _figure(
+        'wished_orientation_error', float,
+        'Norm of the wished orientation rows of the error [rad]; NaN without wished rows.',
+    )
     limits_mask = _figure('limits_mask', int, 'Number whose bit i is set if joint i is at a limit.')
     seed_clipped = _figure('seed_clipped', bool, 'The seed was outside the limits and was brought inside first.')
     completeness = _figure(
@@ -199,6 +212,12 @@ class Solution:
         "family, of which some are listed. '': nothing.",
     )
     solve_time = _figure('solve_time', float, 'Seconds inside the compiled search.')
+
+    @property
+    def wished(self) -> tuple[str, ...]:
+        """Names of the rows that were wished for only: their errors are as small as the demanded rows allow."""
+        mask = self.row[FIGURES.index('wished_rows') - len(FIGURES)]
+        return tuple(name for r, name in enumerate(ROW_NAMES) if int(mask) >> r & 1) if mask > 0 else ()
 
     @property
     def joints_at_limits(self) -> tuple[int, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,22 +14,21 @@ from ros_ik_pkg.ik.collision.obstruction import MOST_TOUCHING
 from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ik.exceptions import ArgumentError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
-from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.options import SolveOptions, demanded_alone
+from ros_ik_pkg.ik.ordered_solver import measure_wishes, solve_rows_in_order
 from ros_ik_pkg.ik.search.entry import (
-    ATTEMPTS,
     COMPLETENESS,
     FOUND,
     NOT_AN_ARGUMENT,
     NOT_COMPILED,
     STATUS,
-    STEPS,
-    TIME,
     solve_one,
     solve_range,
     solve_usual,
 )
 from ros_ik_pkg.ik.search.search import COLLISION
 from ros_ik_pkg.ik.solution import FIGURES, NOT_KNOWN, Solution, Status, Trace
+from ros_ik_pkg.ik.touching import take_best
 from ros_ik_pkg.ik.world import World
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
@@ -41,8 +39,8 @@ POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
 STILL_COMPILING = (
-    'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting and a search for '
-    'solutions clear of contact'
+    'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting, rows that are '
+    'only wished for and a search for solutions clear of contact'
 )
 
 one_target: Callable[..., bool] | None = None  # what `solve` calls; set when it is first needed
@@ -106,15 +104,16 @@ def solve(
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = as_array(seed, 'seed', (arm.n,))
     room = arm.contacts.room(world) if options.avoid_collisions and arm.shaped else None
-    if trace or reference is not None or options.choice == 'all':
+    n = arm.n
+    if n < options.wishes_below or trace or reference is not None or options.choice == 'all':
         return solve_at_length(arm, target, seed, options, reference, trace, room)
     call = one_target or use_usual(False)  # held, because another thread may change it
     model = arm.packed if room is None or call is solve_usual.compiled else room.behind(arm.packed)
-    row = empty(arm.n + WIDTH)
+    row = empty(n + WIDTH)
     try:
         good = call(model, options.numbers, target, seed, row)
     except TypeError:  # other dimensions, or not aligned
-        target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (arm.n,))
+        target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (n,))
         good = call(model, options.numbers, target, seed, row)
     if not good:
         if row[STATUS - WIDTH] == NOT_COMPILED:
@@ -122,7 +121,7 @@ def solve(
         raise argument_error(arm, options, target, seed, seed)
     if room is not None:
         if call is solve_usual.compiled:
-            _refuse_contact(row[: arm.n], options, room)
+            _refuse_contact(row[:n], options, room)
         elif row[STATUS - WIDTH] == COLLISION:  # an int: an enumeration takes a microsecond to compare
             return solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
@@ -156,9 +155,15 @@ def solve_at_length(
     origin = seed if reference is None else as_array(reference, 'reference', (n,))
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
-    model = arm.packed if room is None else room.behind(arm.packed)
     touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
-    count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
+    wishes = n < options.wishes_below
+    if wishes:
+        count = solve_rows_in_order(
+            arm, room, options, target, seed, origin, row.reshape(1, -1), answers, touching, rows
+        )
+    else:
+        model = arm.packed if room is None else room.behind(arm.packed)
+        count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise argument_error(arm, options, target, seed, origin)
     if room is not None and row[STATUS - WIDTH] == COLLISION:
@@ -166,7 +171,10 @@ def solve_at_length(
         def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
             solve_range(arm.packed, numbers, target, q, origin, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
 
-        take_best(look_at, options, room, touching[~np.isnan(touching[:, 0])], row)
+        alone = demanded_alone(options) if wishes else options
+        take_best(look_at, alone, room, touching[~np.isnan(touching[:, 0])], row)
+        if wishes:
+            measure_wishes(arm, options, target, origin, row)
         if row[STATUS - WIDTH] == Status.CONVERGED and options.choice == 'all':
             answers[0] = row[:n]
             row[COMPLETENESS - WIDTH] = NOT_KNOWN  # coal may find others clear too
@@ -174,28 +182,6 @@ def solve_at_length(
     return Solution(row, found, _trace(rows, count, n) if trace else None, room)
 
 
-def take_best(
-    look_at: Callable[[np.ndarray, np.ndarray, np.ndarray], None], options: SolveOptions, room: Room,
-    touching: np.ndarray, row: np.ndarray,
-) -> None:
-    """Write the first configuration of `touching` (k, n) that is clear by coal to `row`, or else the one that touches
-    least.
-
-    The search uses a lower bound of distances, so what it calls clear is clear, but what it says touches may be clear.
-    `look_at(q, numbers, row)` writes q and its figures to a row, by these numbers of SolveOptions.
-    """
-    meshes, margin = options.collision_geometry == 'mesh', options.collision_margin
-    clear = next((q for q in touching if room.is_clear(q, margin, meshes)), None)
-    best = clear if clear is not None else max(touching, key=lambda q: room.look(q, meshes).clearance)
-    lone = replace(options, choice='first', max_attempts=1, max_iterations=0, null_space='none')
-    one = np.empty_like(row)
-    look_at(best, lone.numbers, one)
-    held = one[STATUS - WIDTH] in (Status.CONVERGED, Status.JOINT_JUMP)
-    for figure in (STEPS, ATTEMPTS, COMPLETENESS, TIME):
-        one[figure - WIDTH] = row[figure - WIDTH]
-    if not (held and clear is not None and np.array_equal(one[: len(best)], best)):
-        one[STATUS - WIDTH], one[FOUND - WIDTH] = COLLISION, 0.0
-    row[:] = one
 
 
 def as_array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:

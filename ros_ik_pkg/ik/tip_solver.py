@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +16,8 @@ from ros_ik_pkg.ik.search.entry import FOUND, STATUS
 from ros_ik_pkg.ik.search.pair_entry import solve_pair
 from ros_ik_pkg.ik.search.search import COLLISION
 from ros_ik_pkg.ik.solution import Solution, Status
-from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, MOST_ANSWERS, NOTHING, POSE, WIDTH, Transform, as_array, take_best
+from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, MOST_ANSWERS, NOTHING, POSE, WIDTH, Transform, as_array
+from ros_ik_pkg.ik.touching import take_best
 from ros_ik_pkg.ik.world import World
 
 FREE = np.eye(4)  # stands for the target of a tip that has none
@@ -57,12 +59,14 @@ def solve_tips(
     ArgumentError
         If an argument has the wrong shape, is not finite or is not a pose.
     OptionError
-        If an objective for the null space is asked for.
+        If an objective for the null space is asked for, or `secondary` names rows.
 
     """
     options = options or DEFAULT_OPTIONS
     if options.null_space != 'none':
         raise OptionError(f"null_space is {options.null_space!r}; two tips are solved with null_space 'none' alone")
+    if options.wishes_below == math.inf:
+        raise OptionError(f'secondary is {options.secondary!r}; two tips are solved with all rows demanded')
     if len(targets) != 2 or all(target is None for target in targets):
         raise ArgumentError('targets has no pose for either tip; expected two poses, or one and None')
     first, second = (

@@ -23,7 +23,7 @@ TEXTS = [spec for spec in OPTIONS if isinstance(spec.default, str)]
 
 WORDS = {
     'method': METHODS, 'choice': CHOICES, 'task_frame': TASK_FRAMES, 'null_space': NULL_SPACES,
-    'collision_geometry': ('convex', 'mesh'),
+    'collision_geometry': ('convex', 'mesh'), 'secondary': ('auto', 'none', 'orientation', 'position'),
 }  # fmt: skip
 
 

@@ -288,8 +288,10 @@ def test_the_tutorial_on_an_urdf_says_what_happens(tutorial):
 
 
 def test_the_tutorial_on_five_joints_says_what_happens(tutorial):
-    full, pointing, position = tutorial('five_joints.md').splitlines()
-    assert full.startswith('False') and pointing == position == 'True'
+    position, wished, near, full, pointing = tutorial('five_joints.md').splitlines()
+    assert position.startswith('True') and wished.startswith("('rx', 'ry', 'rz')")
+    assert float(wished.split()[-1]) <= 0.2 and float(near) <= 0.2
+    assert full.startswith('False') and pointing == 'True'
 
 
 def test_the_tutorial_on_a_failing_pose_shows_a_failure_with_one_cause(tutorial):

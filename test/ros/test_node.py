@@ -8,8 +8,10 @@ import subprocess
 import sys
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
+from numerics import random_rotation
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros_helpers import (
@@ -265,6 +267,22 @@ def test_the_robot_can_be_changed_while_targets_come(client):
         reply = client.solve(pose_of(target), TIMEOUT)
         assert reply.status.hardware_id == other.name
         assert_solved(other, reply, target)
+
+
+def test_five_joints_by_name_answer_full_poses_and_say_how_near_they_came(client):
+    so101, rng = load_arm('so101'), np.random.default_rng(2)
+    client.set_parameters({'robot': 'so101', 'seed_source': 'home', 'deadline': 2.0})
+    for q in reachable(so101, 10, seed=5):
+        target = so101.forward(q)
+        target[:3, :3] = random_rotation(rng)
+        reply = client.solve(pose_of(target), TIMEOUT)
+        assert reply.solved, reply.message
+        pose = pinocchio_tip(so101, np.array([reply.joints[name] for name in so101.joint_names]))
+        angle = np.linalg.norm(pin.log3(target[:3, :3] @ pose[:3, :3].T))
+        assert np.linalg.norm(target[:3, 3] - pose[:3, 3]) <= POSITION + ROUNDING
+        assert (reply.figures['demanded_rows'], reply.figures['wished_rows']) == ('x y z', 'rx ry rz')
+        assert float(reply.figures['wished_orientation_error']) == pytest.approx(angle, abs=1e-6)
+        assert 'in those wished for, rx ry rz, ' in reply.message
 
 
 def test_a_robot_with_fewer_joints_than_the_lists_have_numbers_is_refused_with_the_way_out(client):

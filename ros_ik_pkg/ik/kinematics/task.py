@@ -26,6 +26,12 @@ def make_task(T, weights, tolerances, in_tip_axes):
 
 
 @inlined
+def with_weights(task, weights):
+    """Return the task with other weights (6,) of its rows."""
+    return Task(task.R, task.p, weights, task.tolerances, task.in_tip_axes, 0.0, 0.0, 0.0)
+
+
+@inlined
 def with_slack(task, position_slack, orientation_slack):
     """Return the task of coming within these distances [m, rad] of the pose."""
     return Task(

@@ -12,7 +12,7 @@ import numpy as np
 
 from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
-from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.options import SolveOptions, all_demanded
 from ros_ik_pkg.ik.path.breaks import find_break
 from ros_ik_pkg.ik.path.figures import pose_figures
 from ros_ik_pkg.ik.path.joint_path import follow
@@ -77,7 +77,7 @@ def solve_path(
 
     """
     began = time.monotonic()
-    options, path = options or SolveOptions(), path or PathOptions()
+    options, path = all_demanded(options or SolveOptions()), path or PathOptions()
     if clear is None and options.avoid_collisions and arm.shaped:
         room, meshes = arm.contacts.room(world), options.collision_geometry == 'mesh'
         clear = partial(room.clear, margin=options.collision_margin, meshes=meshes)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.batch_solver import solve_batch
 from ros_ik_pkg.ik.exceptions import ArgumentError
-from ros_ik_pkg.ik.options import SolveOptions
+from ros_ik_pkg.ik.options import SolveOptions, all_demanded
 from ros_ik_pkg.ik.search.reach import make_reach
 
 ATTEMPTS = 30  # of each search: most that fail do so because there is no solution
@@ -69,7 +69,7 @@ def rank_placements(
     reach = float(make_reach(arm.geometry).lengths[1])
     if not math.isfinite(reach):
         raise ArgumentError('the arm slides without end: its base may stand anywhere')
-    options = replace(options or SolveOptions(), max_attempts=ATTEMPTS)
+    options = replace(all_demanded(options or SolveOptions()), max_attempts=ATTEMPTS)
     middle = goals[:, :2, 3].mean(axis=0)
     offsets = np.linspace(-reach, reach, ACROSS)
     turns = 2.0 * math.pi * np.arange(TURNS) / TURNS

@@ -51,6 +51,9 @@ JOINT_DISTANCE, SIGMA_MIN, LIMITS_MASK, SEED_CLIPPED, COMPLETENESS, TIME = (
     FIGURES.index(name)
     for name in ('joint_distance', 'sigma_min', 'limits_mask', 'seed_clipped', 'completeness', 'solve_time')
 )
+WISHED_ROWS, WISHED_POSITION_ERROR, WISHED_ORIENTATION_ERROR = (
+    FIGURES.index(name) for name in ('wished_rows', 'wished_position_error', 'wished_orientation_error')
+)
 WIDTH = len(FIGURES)
 
 

@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from ros_ik_pkg.ik import Arm, Contact, SolveOptions
 from ros_ik_pkg.ik.contacts.contacts import Room
+from ros_ik_pkg.ik.options import demanded_alone
 from ros_ik_pkg.ik.search.final_check import ROUNDING, passes
 
 MOTION_STEP = 0.02  # rad or m of the joint that moves most, between two configurations that are checked
@@ -23,7 +24,8 @@ def fault_of(q: np.ndarray, target: np.ndarray, arm: Arm, options: SolveOptions)
         return ''
     if fault := fault_of_command(q, arm, options):
         return fault
-    return fault_of_pose(arm.forward(q), target, options)
+    demanded = demanded_alone(options) if arm.n < options.wishes_below else options
+    return fault_of_pose(arm.forward(q), target, demanded)
 
 
 def fault_of_pose(base_from_tip: np.ndarray, target: np.ndarray, options: SolveOptions) -> str:

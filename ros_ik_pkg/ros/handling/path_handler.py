@@ -20,6 +20,7 @@ from ros_ik_pkg.ik import (
     solve_path,
 )
 from ros_ik_pkg.ik.contacts.contacts import Contacts, Room
+from ros_ik_pkg.ik.options import all_demanded
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.path_check import fault_of_motion
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED
@@ -81,7 +82,7 @@ def read_path(message: Path, handler: TargetHandler) -> PathJob | PathResult:
             arm = replace(arm, velocity_limits=settings.velocity_scale * arm.velocity_limits)
         # A lead-in begins at the joint positions, whatever seed_source says.
         seed = handler.start(source) if settings.path.lead_in else handler.seed()
-        options = settings.options
+        options = all_demanded(settings.options)
         return PathJob(message, arm, poses, _stamps(message), seed, options, settings.path, world, contacts, source)
     except RefusedError as error:
         return refused(message, error.status, str(error))

@@ -109,6 +109,7 @@ class Queries:
         return Result(
             query.target, outcome, status, reason, settings.options.method, arm, solution,
             notes + frame_notes + room_notes, base_from_target, seed, service=query.service,
+            demanded_rows=settings.options.demanded_rows(arm.n),
         )  # fmt: skip
 
     def _seed(self, arm: Arm, joints: Mapping[str, float]) -> np.ndarray:

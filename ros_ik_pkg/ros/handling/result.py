@@ -63,6 +63,7 @@ class Result:
     base_from_target: np.ndarray | None = None
     seed: np.ndarray | None = None
     command: Command | None = None
+    demanded_rows: tuple[str, ...] = ()  # if other rows were wished for only
     service: str = ''
     least_clearance: float | None = None  # cached by `clearance`
 

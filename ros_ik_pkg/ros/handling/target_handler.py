@@ -12,6 +12,7 @@ from rclpy.clock import ROSClock
 from std_msgs.msg import Header
 
 from ros_ik_pkg.ik import ArgumentError, Arm, NotCompiledError, Solution, SolveOptions, Status, solve
+from ros_ik_pkg.ik.solution import ROW_NAMES
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.commands import Commands
 from ros_ik_pkg.ros.handling.final_check import contact_of, describe, fault_of
@@ -141,6 +142,7 @@ class TargetHandler:
         result = Result(
             target, outcome, status, reason, options.method, arm, solution,
             notes + frame_notes + seed_notes + room_notes, base_from_target, seed,
+            demanded_rows=options.demanded_rows(arm.n),
         )
         self._commands.complete(result, start, reference, self.settings)
         return result
@@ -261,7 +263,19 @@ def judge(solution: Solution, target: np.ndarray, arm: Arm, options: SolveOption
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the final check, {fault}'
     if contact := contact_of(solution.q, None, solution.room, options):
         return FAILED, INTERNAL_ERROR, f'internal error: an answer did not pass the final check, {contact}'
-    return CONVERGED
+    return CONVERGED if not solution.wished else (SOLVED, Status.CONVERGED.label, how_near(solution))
+
+
+def how_near(solution: Solution) -> str:
+    """Say how near a solution came to the rows that were wished for."""
+    errors = [
+        f'{error:.3g} {unit}'
+        for error, unit, first in (
+            (solution.wished_position_error, 'm', 0), (solution.wished_orientation_error, 'rad', 3)
+        ) if set(ROW_NAMES[first : first + 3]) & set(solution.wished)
+    ]  # fmt: skip
+    return (f'within both tolerances in the demanded rows; in those wished for, {" ".join(solution.wished)}, '
+            f'{" and ".join(errors)} off')
 
 
 def _why(solution: Solution, arm: Arm, options: SolveOptions) -> str:
@@ -275,9 +289,10 @@ def _why(solution: Solution, arm: Arm, options: SolveOptions) -> str:
         links = ' and '.join(solution.nearest_links)
         return f'{solution.status.text}; in the least bad one {links} {describe(solution.contact)}'
     rows = np.count_nonzero(options.task_weights)
-    if arm.n < rows:
+    if arm.n < rows and not solution.wished:
         parts.append(f'the arm has {arm.n} joints, fewer than the {rows} rows of the task: it cannot reach most poses; '
-                     'set entries of task_weights to 0, or allow an error with task_tolerances')
+                     'set secondary to orientation, set entries of task_weights to 0, or allow an error with '
+                     'task_tolerances')
     if solution.joints_at_limits:
         parts.append('at their limits: ' + ', '.join(arm.joint_names[i] for i in solution.joints_at_limits))
     if np.isfinite(solution.sigma_min):

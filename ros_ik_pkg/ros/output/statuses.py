@@ -68,6 +68,7 @@ def _figures(result: Result) -> dict[str, Any]:
     return {
         'position_error': solution.position_error,
         'orientation_error': solution.orientation_error,
+        **(_wish_figures(result) if solution.wished else {}),
         'iterations': solution.iterations,
         'attempts': solution.attempts,
         'completeness': solution.completeness,
@@ -76,6 +77,17 @@ def _figures(result: Result) -> dict[str, Any]:
         'sigma_min': solution.sigma_min,
         'joints_at_limits': ' '.join(names[i] for i in solution.joints_at_limits),
         **({} if solution.room is None else _contact_figures(result)),
+    }
+
+
+def _wish_figures(result: Result) -> dict[str, Any]:
+    """Return which rows were demanded and which wished for only, and how near the solution came to those."""
+    solution = result.solution
+    return {
+        'demanded_rows': ' '.join(result.demanded_rows),
+        'wished_rows': ' '.join(solution.wished),
+        'wished_position_error': solution.wished_position_error,
+        'wished_orientation_error': solution.wished_orientation_error,
     }
 
 

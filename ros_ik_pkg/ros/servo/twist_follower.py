@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from ros_ik_pkg.ik import Arm, NotCompiledError, SolveOptions, Status, solve
 from ros_ik_pkg.ik.motion.jerk_limited import advance
+from ros_ik_pkg.ik.options import all_demanded
 from ros_ik_pkg.ros.handling.final_check import fault_of, fault_of_command
 from ros_ik_pkg.ros.interface.servo_settings import GO_ON, STOP
 from ros_ik_pkg.ros.servo.caution import JOINTS_TOO_FAST, UNNOTICED, Caution, Posture, posture
@@ -65,6 +66,7 @@ class TwistFollower:
         """
         self._arm, self._limits, self._caution, self._period, self._blocked = arm, limits, caution, period, blocked
         self._line_speeds = line_speeds
+        options = all_demanded(options)
         self._weights = np.array(options.task_weights)
         self._in_tip_axes = options.task_frame == 'tip'
         self._checked = options

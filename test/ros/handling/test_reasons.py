@@ -39,11 +39,20 @@ def tilted(arm) -> np.ndarray:
     return target
 
 
-def test_a_full_pose_for_an_arm_of_few_joints_fails_with_both_numbers_and_the_remedy():
+def test_a_full_pose_for_an_arm_of_few_joints_is_solved_and_the_reason_says_how_near_it_came():
     result = result_of(PLANAR, tilted(PLANAR), PLANAR.home + 0.1)
+    assert (result.outcome, result.demanded_rows) == (SOLVED, ('x', 'y', 'z'))
+    assert result.reason == (
+        'within both tolerances in the demanded rows; in those wished for, rx ry rz, '
+        f'{result.solution.wished_orientation_error:.3g} rad off'
+    )
+
+
+def test_a_full_pose_for_an_arm_of_few_joints_fails_with_both_numbers_and_the_remedy_if_all_rows_are_demanded():
+    result = result_of(PLANAR, tilted(PLANAR), PLANAR.home + 0.1, secondary='none')
     assert result.outcome == FAILED
     assert 'the arm has 3 joints, fewer than the 6 rows of the task' in result.reason
-    assert 'set entries of task_weights to 0, or allow an error with task_tolerances' in result.reason
+    assert 'set secondary to orientation, set entries of task_weights to 0, or allow an error with' in result.reason
 
 
 def test_the_remedy_for_an_arm_of_few_joints_solves_the_same_target():
