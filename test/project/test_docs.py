@@ -157,8 +157,8 @@ def section(heading: str) -> str:
 
 
 def published_targets() -> list[tuple[str, dict]]:
-    """Return the targets that the shell blocks publish, and the robot that each is for: that of the block's launch, else
-    the document's."""
+    """Return the robot that each target is for, that of its block's launch or else its document's, and the targets that
+    the shell blocks publish."""
     found = []
     for name, text in TEXT.items():
         of_document = 'ur5' if name.startswith('ur5') else PARAMETERS['robot'].default

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from numerics import get_arm
 
-from ros_ik_pkg.ik import ArgumentError, load_arm, load_reach_map, reach_map
+from ros_ik_pkg.ik import ArgumentError, ReachMap, load_arm, load_reach_map, reach_map
 from ros_ik_pkg.ik.reachability.cells import rotation_centres
 
 QUICK = {'step': 0.2, 'parts': 2, 'samples_count': 200_000, 'rounds': 4}
@@ -90,6 +93,19 @@ def test_a_map_does_not_depend_on_the_threads_and_survives_a_file(ur5_map, tmp_p
     (tmp_path / 'text.npz').write_text('no map')
     with pytest.raises(ArgumentError, match=r'text\.npz: no reach map'):
         load_reach_map(tmp_path / 'text.npz')
+
+
+def test_what_other_threads_have_found_meanwhile_does_not_count(ur5_map, monkeypatch):
+    """Each part of the work begins after the results of the one before it are in, the worst that can happen."""
+
+    class OneByOne(ThreadPoolExecutor):
+        def map(self, function, *parts):
+            return map(function, *parts)
+
+    monkeypatch.setattr(sys.modules[ReachMap.__module__], 'ThreadPoolExecutor', OneByOne)
+    found = reach_map(get_arm('ur5'), **QUICK)
+    np.testing.assert_array_equal(found.cells, ur5_map.cells)
+    np.testing.assert_array_equal(found.q, ur5_map.q)
 
 
 def test_what_touches_is_not_reached():
