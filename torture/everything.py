@@ -8,7 +8,8 @@ from ros_ik_pkg.ros.interface import topics
 from torture.peer import Peer
 
 NOT_BY_TARGETS = (
-    topics.CONTACTS, topics.PATH_SOLUTION, topics.PATH_RESULT, topics.PATH_MARKERS, topics.SERVO_STATUS
+    topics.CONTACTS, topics.PATH_SOLUTION, topics.PATH_RESULT, topics.PATH_MARKERS, topics.SERVO_STATUS,
+    topics.REACH, topics.REACH_POSES,
 )  # fmt: skip
 
 

@@ -157,15 +157,19 @@ def section(heading: str) -> str:
 
 
 def published_targets() -> list[tuple[str, dict]]:
-    """Return the robot that each document's targets are for, and the targets that its shell blocks publish."""
+    """Return the targets that the shell blocks publish, and the robot that each is for: that of the block's launch, else
+    the document's."""
     found = []
     for name, text in TEXT.items():
-        robot = 'ur5' if name.startswith('ur5') else PARAMETERS['robot'].default
-        lines = [line for line in '\n'.join(blocks(text, 'bash')).splitlines() if line.startswith('ros2 topic pub')]
-        for line in lines:
-            *_, topic, kind, message = shlex.split(line, comments=True)
-            assert (topic, kind) == ('/target_pose', 'geometry_msgs/msg/PoseStamped')
-            found.append((robot, yaml.safe_load(message)))
+        of_document = 'ur5' if name.startswith('ur5') else PARAMETERS['robot'].default
+        for block in blocks(text, 'bash'):
+            robot = (re.findall(r'\brobot:=(\w+)', block) or [of_document])[-1]
+            for line in block.splitlines():
+                if line.startswith('ros2 topic pub'):
+                    *_, topic, kind, message = shlex.split(line, comments=True)
+                    assert (topic, kind) == ('/target_pose', 'geometry_msgs/msg/PoseStamped')
+                    found.append((robot, yaml.safe_load(message)))
+    assert {'so101', 'ur5', PARAMETERS['robot'].default} <= {robot for robot, _ in found}
     assert len(found) >= 4
     return found
 

@@ -281,14 +281,16 @@ class _Work:
         for index in (self._index, self._other):
             sources = index[beside]
             chosen = np.flatnonzero((sources != UNKNOWN) & ~self._known[cells])
-            goals, starts = cells[chosen], self._q[sources[chosen]]
+            goals, starts, known = cells[chosen], self._q[sources[chosen]], self._known.copy()
             ends = np.linspace(0, len(goals), CHUNKS + 1).astype(np.int64)
 
-            def run(k: int, goals: np.ndarray = goals, starts: np.ndarray = starts, ends: np.ndarray = ends) -> Any:
+            def run(k: int, goals: np.ndarray = goals, starts: np.ndarray = starts, ends: np.ndarray = ends,
+                    known: np.ndarray = known) -> Any:
+                """Chunks that wait for a thread must not see what others have found meanwhile: `known` is a copy."""
                 part = slice(ends[k], ends[k + 1])
                 out = np.empty((2 * (ends[k + 1] - ends[k]) + 1, self._n))
                 count = mark_aimed(problem.model, goals[part], starts[part], problem.lower, problem.upper, *self._grid,
-                                   problem.margin, self._known.copy(), out)  # fmt: skip
+                                   problem.margin, known.copy(), out)  # fmt: skip
                 return out[:count]
 
             for q in pool.map(run, range(CHUNKS)):
