@@ -157,8 +157,7 @@ def section(heading: str) -> str:
 
 
 def published_targets() -> list[tuple[str, dict]]:
-    """Return the targets that the shell blocks publish, and the robot that each is for: that of the block's launch, else
-    the document's."""
+    """Return the targets that the shell blocks publish, each with the robot that its block or document launches."""
     found = []
     for name, text in TEXT.items():
         of_document = 'ur5' if name.startswith('ur5') else PARAMETERS['robot'].default
