@@ -19,6 +19,7 @@ from bench.judge import Judge
 from bench.problems import random_options, random_seeds, random_targets
 from bench.random_arms import MADE_UP, random_urdf
 from ros_ik_pkg.ik import Solution, SolveOptions, Status, load_arm, robot_names, solve, solve_batch, warm_up
+from ros_ik_pkg.ik.solution import ROW_NAMES
 
 GROUP = 1000  # solves of one arm with one set of options
 SHOWN = 10  # wrong answers that are printed
@@ -50,6 +51,8 @@ class Answers:
     status: np.ndarray
     position_error: np.ndarray
     orientation_error: np.ndarray
+    wished_position_error: np.ndarray
+    wished_orientation_error: np.ndarray
     cpu_time: np.ndarray
     late_once: int  # solves that were late, but not when they were tried again
 
@@ -157,7 +160,8 @@ def solve_each(group: Group) -> Answers:
     tried = [_solve_until_in_time(group, row) for row in range(len(group.targets))]
     solutions, seconds = [tries[0][0] for tries in tried], [tries[-1][1] for tries in tried]
     late_once = sum(_in_time(group, tries[-1][1]) for tries in tried if len(tries) > 1)
-    figures = np.array([(s.status, s.position_error, s.orientation_error) for s in solutions]).T
+    names = ('status', 'position_error', 'orientation_error', 'wished_position_error', 'wished_orientation_error')
+    figures = np.array([[getattr(s, name) for name in names] for s in solutions]).T
     return Answers(
         np.array([s.q for s in solutions]), figures[0].astype(int), *figures[1:], np.array(seconds), late_once
     )
@@ -198,11 +202,15 @@ def find_faults(group: Group, answers: Answers) -> list[tuple[int, str]]:
     axes = group.targets[:, :3, :3] if options.task_frame == 'tip' else np.broadcast_to(np.eye(3), (len(q), 3, 3))
     errors = np.hstack([np.einsum('kji,kj->ki', axes, half) for half in judge.errors(group.targets, q)])
     beyond = np.maximum(np.abs(errors) - options.task_tolerances, 0.0) * kept
-    position, orientation = np.linalg.norm(beyond[:, :3], axis=1), np.linalg.norm(beyond[:, 3:], axis=1)
+    position, orientation = _norms(beyond)
+    rows = options.wished_rows(judge.arm.n)  # of a solution they may be off, but their error must be that of its q
+    wished = np.isin(ROW_NAMES, rows)
+    wished_position, wished_orientation = _norms(beyond * wished if rows else np.full_like(beyond, np.nan))
+    demanded_position, demanded_orientation = _norms(beyond * ~wished)
     # Far targets and many turns are rounded with the size of their numbers.
     rounding = ROUNDING * (1.0 + np.abs(q).max(axis=1) + np.abs(group.targets[:, :3, 3]).max(axis=1))
-    close = (position <= options.position_tolerance + rounding) & (
-        orientation <= options.orientation_tolerance + rounding
+    close = (demanded_position <= options.position_tolerance + rounding) & (
+        demanded_orientation <= options.orientation_tolerance + rounding
     )
     near = np.abs(q - group.references).max(axis=1) <= (options.max_joint_jump or np.inf)
     claims = {
@@ -213,5 +221,21 @@ def find_faults(group: Group, answers: Answers) -> list[tuple[int, str]]:
         'failed without a reason': np.array([bool(Status(status).text) for status in answers.status]),
         'not the position error of its q': np.abs(answers.position_error - position) <= rounding + 1e-9 * position,
         'not the orientation error of its q': np.abs(answers.orientation_error - orientation) <= 1e-7 + rounding,
+        'not the wished position error of its q': _same(
+            answers.wished_position_error, wished_position, rounding + 1e-9 * position
+        ),
+        'not the wished orientation error of its q': _same(
+            answers.wished_orientation_error, wished_orientation, 1e-7 + rounding
+        ),
     }
     return [(int(row), fault) for fault, holds in claims.items() for row in np.flatnonzero(~holds)]
+
+
+def _norms(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the norms of the position and of the orientation rows (N, 6)."""
+    return np.linalg.norm(errors[:, :3], axis=1), np.linalg.norm(errors[:, 3:], axis=1)
+
+
+def _same(said: np.ndarray, found: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
+    """Return (N,) whether two errors agree, or neither is a number."""
+    return (np.abs(said - found) <= tolerance) | (np.isnan(said) & np.isnan(found))

@@ -77,9 +77,10 @@ def solve_batch(
 
     With the usual options (see `fits_lanes`) targets are solved side by side in the lanes of a vector, four times as
     fast. The search is the same, but its arithmetic is rounded differently, so answers differ from those of `solve`
-    by rounding: about one in 10^4 ends elsewhere. Each is checked by the kinematics of `solve`, depends on no other
-    target or number of workers, and those that lanes do not find are left to the usual search. A `solve_time` is
-    then the time in which the other lanes worked too.
+    by rounding: about one in 10^4 ends elsewhere. For six joints with a closed form `solve` asks it after three
+    attempts, while lanes search on: about three in a hundred answers are other solutions of the arm. Each answer is
+    checked by the kinematics of `solve` and depends on no other target or number of workers. Targets that lanes do not
+    solve are left to the usual search. A `solve_time` is then the time in which the other lanes worked too.
 
     Parameters
     ----------

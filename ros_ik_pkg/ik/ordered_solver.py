@@ -26,7 +26,9 @@ from ros_ik_pkg.ik.search.entry import (
 from ros_ik_pkg.ik.search.ordered_entry import NOT_FOUND, solve_in_order
 from ros_ik_pkg.ik.solution import Status
 
-ATTEMPTS_PLACE, DEADLINE_PLACE = (Tuning._fields.index(name) for name in ('max_attempts', 'deadline'))
+ATTEMPTS_PLACE, DEADLINE_PLACE, LIMITS_PLACE, JUMP_PLACE = (
+    Tuning._fields.index(name) for name in ('max_attempts', 'deadline', 'respect_limits', 'max_joint_jump')
+)
 ERRORS = (POSITION_ERROR, ORIENTATION_ERROR, WISHED_ROWS, WISHED_POSITION_ERROR, WISHED_ORIENTATION_ERROR)
 NOTHING = np.empty((0, 0))
 LEAST_TIME = 1e-6  # s
@@ -109,9 +111,11 @@ def _look(
     arm: Arm, model: np.ndarray, options: SolveOptions, attempts: float, target: np.ndarray, reference: np.ndarray,
     row: np.ndarray,
 ) -> np.ndarray:
-    """Return the row of a solve with this many attempts from the configuration of a row."""
+    """Return the row of a solve with this many attempts from the configuration of a row; 0 measures that itself."""
     numbers, one = options.numbers.copy(), np.empty_like(row)
     numbers[ATTEMPTS_PLACE] = attempts
+    if attempts == 0.0:  # or it is brought within the limits and the jump first
+        numbers[[LIMITS_PLACE, JUMP_PLACE]] = 0.0
     solve_in_order(
         model, numbers, options.wished_mask, *arm.ordered_starts, target, row[: arm.n].copy(), reference,
         one.reshape(1, -1), NOTHING, NOTHING, NOTHING,

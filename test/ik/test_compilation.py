@@ -58,19 +58,19 @@ def test_what_is_not_compiled_yet_is_refused_and_not_waited_for(usual):
     assert solve(arm, target, arm.home + 0.1).converged
     for change in (
         {'options': SolveOptions(null_space='posture')}, {'options': SolveOptions(choice='all')},
-        {'reference': arm.home}, {'trace': True},
+        {'reference': arm.home}, {'trace': True}, {'options': SolveOptions(secondary='orientation')},
     ):  # fmt: skip
         with pytest.raises(NotCompiledError, match='still being compiled'):
             solve(arm, **({'target': target} | change))
 
 
 def test_the_usual_solve_of_an_arm_with_shapes_is_clear_of_contact_or_refused(usual):
-    arm = load_arm(FOLDING)
+    arm, options = load_arm(FOLDING), SolveOptions(secondary='none')  # three joints: wishes are not compiled yet
     other = load_arm(FOLDING)  # the judge has a model of its own
     outcomes = []
     for q in np.random.default_rng(5).uniform(-3.1, 3.1, (60, 3)):
         try:
-            solution = solve(arm, arm.forward(q), np.zeros(3))
+            solution = solve(arm, arm.forward(q), np.zeros(3), options)
         except NotCompiledError:
             outcomes.append(False)
             continue

@@ -25,10 +25,12 @@ def made_up(**values):
 def test_every_figure_is_read_off_its_place_in_the_row():
     row = np.concatenate([np.arange(7.0), np.arange(len(FIGURES)) + 1.0])
     solution = Solution(row)
-    names = [name for name in FIGURES if name not in ('status', 'found', 'seed_clipped', 'completeness')]
+    others = ('status', 'found', 'seed_clipped', 'completeness', 'wished_rows')
+    names = [name for name in FIGURES if name not in others]
     assert [getattr(solution, name) for name in names] == [FIGURES.index(name) + 1 for name in names]
     assert solution.q.tolist() == list(range(7)) and solution.status is Status.MAX_ITERATIONS
     assert solution.seed_clipped is True and not solution.converged
+    assert FIGURES.index('wished_rows') + 1 == 0b001101 and solution.wished == ('x', 'z', 'rx')
 
 
 def test_the_statuses_are_numbered_as_ever():

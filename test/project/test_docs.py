@@ -157,8 +157,7 @@ def section(heading: str) -> str:
 
 
 def published_targets() -> list[tuple[str, dict]]:
-    """Return the robot that each target is for, that of its block's launch or else its document's, and the targets that
-    the shell blocks publish."""
+    """Return the targets that the shell blocks publish, each with the robot that its block or document launches."""
     found = []
     for name, text in TEXT.items():
         of_document = 'ur5' if name.startswith('ur5') else PARAMETERS['robot'].default

@@ -39,9 +39,10 @@ COMPILER_INSIDES = ('llvmlite', 'numba.core', 'numba.extending', 'numba.np')
 # this list alone.
 ROOMS = {
     'ik': (
-        'exceptions', 'text', 'solution', 'kernel', 'motion', 'kinematics', 'branches', 'collision', 'step', 'descent',
-        'search', 'batch', 'model', 'world', 'contacts', 'options', 'arm', 'loading', 'arm_tree', 'solver',
-        'batch_solver', 'tip_solver', 'compilation', 'path', 'reachability', '__init__',
+        'exceptions', 'text', 'solution', 'task_rows', 'kernel', 'motion', 'kinematics', 'branches', 'collision',
+        'step', 'descent', 'search', 'batch', 'model', 'world', 'contacts', 'options', 'arm', 'loading', 'arm_tree',
+        'ordered_solver', 'touching', 'solver', 'batch_solver', 'tip_solver', 'compilation', 'path', 'reachability',
+        '__init__',
     ),
     'ros': (
         'interface', 'runtime', 'input', 'handling', 'servo', 'output', 'reply', 'client', 'node', 'ik_node',

@@ -75,8 +75,12 @@ def beyond(p, x, y, z, rows, k):
 @inlined
 def fill_columns(geometry, axes, p, columns):
     """Write the Jacobian's columns [z x (p - p_i) ; z] or [z ; 0] as rows of `columns` (n, 6)."""
-    mimics = len(geometry.prismatic) > len(columns)  # joints share variables, so their columns add up
-    for v in range(len(columns) if mimics else 0):
+    # Where the joints are the variables, in order, each column is written once. Else joints may share a variable, and
+    # their columns add up, or a variable may belong to the chain of another tip.
+    once = len(geometry.prismatic) == len(columns)
+    for i in range(len(columns) if once else 0):
+        once = once and geometry.variable[i] == i
+    for v in range(0 if once else len(columns)):
         fill(columns[v], 0.0)
     for i in range(len(geometry.prismatic)):
         v, m = int(geometry.variable[i]), geometry.multiplier[i]
@@ -86,7 +90,7 @@ def fill_columns(geometry, axes, p, columns):
         else:
             dx, dy, dz = p[0] - axes[i, 3], p[1] - axes[i, 4], p[2] - axes[i, 5]
             a, b, c, d, e, f = y * dz - z * dy, z * dx - x * dz, x * dy - y * dx, x, y, z
-        if mimics:
+        if not once:
             a, b, c = columns[v, 0] + a, columns[v, 1] + b, columns[v, 2] + c
             d, e, f = columns[v, 3] + d, columns[v, 4] + e, columns[v, 5] + f
         columns[v, 0], columns[v, 1], columns[v, 2], columns[v, 3], columns[v, 4], columns[v, 5] = a, b, c, d, e, f

@@ -10,6 +10,7 @@ from numerics import count_answers, get_arm, pinocchio_tip, random_configuration
 from ros_ik_pkg.ik import ArgumentError, SolveOptions, Status, batch_solver, load_arm, solve, solve_batch
 from ros_ik_pkg.ik.batch_solver import FEWEST, fits_lanes
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
+from ros_ik_pkg.ik.search.search import ASK_AFTER
 
 if WHY_PLAIN:
     pytest.skip('plain Numba has no numbers of several lanes', allow_module_level=True)
@@ -42,6 +43,13 @@ def alone(arm, targets, seeds, options=CALM):
     return [solve(arm, target, seed, options) for target, seed in zip(targets, seeds)]
 
 
+def searched_alike(expected):
+    """Whether `solve` asked no closed form, which lanes do not have, for each solution."""
+    alike = np.array([solution.attempts <= ASK_AFTER for solution in expected])
+    assert np.mean(alike) > 0.8
+    return alike
+
+
 @pytest.mark.parametrize('name', ROBOTS)
 def test_the_answers_are_those_of_solve_but_for_rounding(name, handed_over):
     arm = get_arm(name)
@@ -50,12 +58,14 @@ def test_the_answers_are_those_of_solve_but_for_rounding(name, handed_over):
     assert count_answers(arm, batch, targets) == 1.0
     assert sum(handed_over) <= 0.02 * COUNT
     same = np.abs(batch.q - [solution.q for solution in expected]).max(axis=1) < 1e-6
-    assert np.mean(same) >= 0.99
+    alike = searched_alike(expected)
+    assert np.mean(same[alike]) >= 0.99
     for name in FIGURES:
-        assert np.mean(getattr(batch, name) == [getattr(solution, name) for solution in expected]) >= 0.99
+        equal = getattr(batch, name) == np.array([getattr(solution, name) for solution in expected])
+        assert np.mean(equal[alike]) >= 0.99
     for name in ('position_error', 'orientation_error'):
-        ours, its = getattr(batch, name)[same], np.array([getattr(solution, name) for solution in expected])[same]
-        np.testing.assert_allclose(ours, its, rtol=0, atol=1e-9)
+        ours, its = getattr(batch, name), np.array([getattr(solution, name) for solution in expected])
+        np.testing.assert_allclose(ours[same & alike], its[same & alike], rtol=0, atol=1e-9)
     np.testing.assert_allclose(batch.joint_distance, np.abs(batch.q - seeds).max(axis=1), rtol=1e-15)
     assert np.all((batch.solve_time > 0.0) & (batch.solve_time < 10.0))
 
@@ -106,7 +116,8 @@ def test_angles_come_to_the_whole_turns_nearest_the_reference():
     references = seeds + 2.0 * np.pi * np.random.default_rng(1).integers(-1, 2, seeds.shape)
     batch = solve_batch(arm, targets, seeds, CALM, references)
     expected = [solve(arm, *row) for row in zip(targets, seeds, [CALM] * COUNT, references)]
-    assert np.mean(np.abs(batch.q - [solution.q for solution in expected]).max(axis=1) < 1e-6) >= 0.99
+    same = np.abs(batch.q - [solution.q for solution in expected]).max(axis=1) < 1e-6
+    assert np.mean(same[searched_alike(expected)]) >= 0.99
     assert count_answers(arm, batch, targets) == 1.0
     np.testing.assert_allclose(batch.joint_distance, np.abs(batch.q - references).max(axis=1), rtol=1e-15)
 
@@ -161,7 +172,8 @@ def test_options_of_the_descent_count_in_lanes_too(change, handed_over):
     batch, expected = solve_batch(arm, targets, seeds, options), alone(arm, targets, seeds, options)
     assert sum(handed_over) < 0.5 * COUNT
     assert count_answers(arm, batch, targets, options) == 1.0
-    assert np.mean(batch.iterations == [solution.iterations for solution in expected]) >= 0.98
+    equal = batch.iterations == np.array([solution.iterations for solution in expected])
+    assert np.mean(equal[searched_alike(expected)]) >= 0.98
 
 
 def test_few_targets_and_arms_with_shapes_are_for_the_usual_search(monkeypatch):

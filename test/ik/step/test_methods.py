@@ -46,11 +46,13 @@ def test_a_target_nearby_is_reached_by_one_descent(method, robot):
         assert_answer(arm, solve(arm, target, start, options), target, options)
 
 
-@pytest.mark.parametrize('robot', ROBOTS)
+@pytest.mark.parametrize(('robot', 'secondary'), [*((robot, 'auto') for robot in ROBOTS), ('planar3r', 'none')])
 @pytest.mark.parametrize('max_iterations', [0, 1, 3, 50])
-def test_every_figure_belongs_to_the_configuration_that_is_returned(method, robot, max_iterations):
+def test_every_figure_belongs_to_the_configuration_that_is_returned(method, robot, secondary, max_iterations):
     arm, rng = get_arm(robot), np.random.default_rng(1)
-    options = SolveOptions(method=method, max_iterations=max_iterations, max_attempts=3, deadline=0.0)
+    options = SolveOptions(
+        method=method, max_iterations=max_iterations, max_attempts=3, deadline=0.0, secondary=secondary
+    )
     for target, start in zip(reachable_poses(arm, rng, 5), random_configurations(arm, rng, 5)):
         reference = random_configurations(arm, rng, 1)[0]
         solution = solve(arm, target, start, options, reference)
@@ -59,10 +61,16 @@ def test_every_figure_belongs_to_the_configuration_that_is_returned(method, robo
         assert solution.joint_distance == np.max(np.abs(solution.q - reference))
         limits = np.flatnonzero((solution.q <= arm.lower) | (solution.q >= arm.upper))
         assert solution.joints_at_limits == tuple(limits)
+        wishes = arm.n < 6 and secondary == 'auto'
         if not solution.converged:
-            sigma = np.linalg.svd(arm.jacobian(solution.q), compute_uv=False)[-1]
+            jacobian = arm.jacobian(solution.q)[: 3 if wishes else 6]
+            sigma = np.linalg.svd(jacobian, compute_uv=False)[-1]
             assert solution.sigma_min == pytest.approx(sigma, rel=1e-9, abs=1e-12)
-        assert solution.converged == (max(found) <= options.position_tolerance)
+        assert solution.wished == (('rx', 'ry', 'rz') if wishes else ())
+        wished = (0.0, solution.orientation_error) if wishes else (np.nan, np.nan)
+        np.testing.assert_array_equal((solution.wished_position_error, solution.wished_orientation_error), wished)
+        demanded = found[:1] if wishes else found
+        assert solution.converged == (max(demanded) <= options.position_tolerance)
 
 
 @pytest.mark.parametrize('robot', ['panda', 'puma560', 'planar3r'])

@@ -48,7 +48,8 @@ def answer_with(rows: int = 3) -> Result:
     figures = {
         'status': Status.CONVERGED, 'found': 1, 'iterations': rows - 1, 'attempts': 1, 'position_error': 1e-7,
         'orientation_error': 2e-7, 'joint_distance': 0.25, 'sigma_min': 0.5, 'limits_mask': 0b10010,
-        'seed_clipped': 0, 'completeness': 3, 'solve_time': 3e-5,
+        'seed_clipped': 0, 'completeness': 3, 'solve_time': 3e-5, 'wished_rows': 0, 'wished_position_error': math.nan,
+        'wished_orientation_error': math.nan,
     }  # fmt: skip
     row = np.concatenate([np.linspace(0.0, 0.5, arm.n), [figures[name] for name in FIGURES]])
     solution = Solution(row, solutions=np.zeros((1, arm.n)), trace=trace)
