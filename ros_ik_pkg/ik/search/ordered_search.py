@@ -37,6 +37,7 @@ MARGIN = 0.05  # score by which a start may promise less than the best so far an
 SMALL, WIDE_MARGIN = 0.2, 0.1  # rad: the pose may be one that can be reached whole, so the search takes longer
 FIRST_CUT = 0.3  # score beyond that of the nearest start, up to which starts are looked at first
 MOST_CUTS = 8
+ALIKE = 1e-3  # scores this near are alike: which of them are looked at does not matter
 
 
 @kernel
@@ -171,7 +172,7 @@ def collect(most, least, picks, scores):
                 if count < len(picks):
                     picks[count] = k
                 count += 1
-        if count <= len(picks) or not most > least:
+        if count <= len(picks) or not most > least + ALIKE:
             return min(count, len(picks)), most
         most = 0.5 * (least + most)
 
