@@ -61,8 +61,7 @@ def solve_rows_in_order(
         numbers = (demanded_alone(options) if lost else options).numbers.copy()
         if almost and error > HARDLY:
             numbers[ATTEMPTS_PLACE] = min(numbers[ATTEMPTS_PLACE], FEW)
-        if options.deadline > 0.0:
-            numbers[DEADLINE_PLACE] = max(options.deadline - before[TIME - WIDTH], LEAST_TIME)
+        numbers[DEADLINE_PLACE] = _left(options.deadline, before[TIME - WIDTH])
         more = solve_range(
             model, numbers, target, seeds[own], references[own], row.reshape(1, -1), answers if lost else NOTHING,
             touching, rows[written:],
@@ -74,7 +73,8 @@ def solve_rows_in_order(
         if almost and row[STATUS - WIDTH] != Status.CONVERGED:
             row[:] = before
         elif lost:
-            _come_near(arm, model, options, target, references[own], row)
+            deadline = _left(numbers[DEADLINE_PLACE], spent[-1])
+            _come_near(arm, model, options, target, references[own], row, deadline)
         else:
             measure_wishes(arm, options, target, references[own], row)
             if len(answers) > 0:
@@ -84,13 +84,19 @@ def solve_rows_in_order(
     return count
 
 
+def _left(deadline: float, spent: float) -> float:
+    """Return what is left of a deadline [s]; 0: there is none."""
+    return max(deadline - spent, LEAST_TIME) if deadline > 0.0 else 0.0
+
+
 def _come_near(
-    arm: Arm, model: np.ndarray, options: SolveOptions, target: np.ndarray, reference: np.ndarray, row: np.ndarray
+    arm: Arm, model: np.ndarray, options: SolveOptions, target: np.ndarray, reference: np.ndarray, row: np.ndarray,
+    deadline: float,
 ) -> None:
     """Bring the configuration of a row, which the search for the demanded rows left, nearer to the wished ones if it is
     a solution, and write its errors."""
     if row[STATUS - WIDTH] == Status.CONVERGED:
-        one = _look(arm, model, options, 1.0, target, reference, row)
+        one = _look(arm, model, options, 1.0, target, reference, row, deadline)
         if one[STATUS - WIDTH] == Status.CONVERGED:
             row[: arm.n] = one[: arm.n]
             for figure in (LIMITS_MASK, JOINT_DISTANCE):
@@ -109,11 +115,11 @@ def measure_wishes(
 
 def _look(
     arm: Arm, model: np.ndarray, options: SolveOptions, attempts: float, target: np.ndarray, reference: np.ndarray,
-    row: np.ndarray,
+    row: np.ndarray, deadline: float = 0.0,
 ) -> np.ndarray:
     """Return the row of a solve with this many attempts from the configuration of a row; 0 measures that itself."""
     numbers, one = options.numbers.copy(), np.empty_like(row)
-    numbers[ATTEMPTS_PLACE] = attempts
+    numbers[ATTEMPTS_PLACE], numbers[DEADLINE_PLACE] = attempts, deadline
     if attempts == 0.0:  # or it is brought within the limits and the jump first
         numbers[[LIMITS_PLACE, JUMP_PLACE]] = 0.0
     solve_in_order(

@@ -238,6 +238,8 @@ def test_the_check_finds_wrong_answers():
     assert {fault for where, fault in check.find_faults(group, batch) if where == row} >= {
         'converged, but not at the target'
     }
+    batch.wished_orientation_error[row] = 0.5
+    assert (row, 'not the wished orientation error of its q') in check.find_faults(group, batch)
     batch.q[row] = arm.upper + 1.0
     assert (row, 'outside the limits') in check.find_faults(group, batch)
 

@@ -35,8 +35,10 @@ APART = 0.5  # rad or m of one joint between two starts, and between a start and
 NEAR = 0.3  # of the reach: a distance of it counts as much as half a turn in the choice of starts
 MARGIN = 0.05  # score by which a start may promise less than the best so far and be tried all the same
 SMALL, WIDE_MARGIN = 0.2, 0.1  # rad: the pose may be one that can be reached whole, so the search takes longer
+DENSE = 3.0  # joints that the starts cover on most arms; with more they are sparse, and promise less than is near them
 FIRST_CUT = 0.3  # score beyond that of the nearest start, up to which starts are looked at first
 MOST_CUTS = 8
+ALIKE = 1e-3  # scores this near are alike: which of them are looked at does not matter
 
 
 @kernel
@@ -65,7 +67,7 @@ def search_in_order(
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
     goal = aim(geometry, free, pose)
     score_ordered_starts(geometry, starts, free, goal, NEAR * scale, work.scores)
-    promising = promise(wish)
+    promising, width = promise(wish), sparsity(starts.shape[1], len(work.q) - free[0] - free[1])
     last, count, cut, least, used = budget < 2.0, 0, -1.0, 0.0, 0
     while budget > 0.0:
         k = -1
@@ -73,7 +75,7 @@ def search_in_order(
             k = nearest_start(work.scores)
             least = work.scores[k]
         elif not last:
-            enough = worth(best, promising)
+            enough = worth(best, promising, width)
             k = pick(work.scores, wish.picks, count, enough)
             for _ in range(MOST_CUTS):
                 if k >= 0 or not cut < min(enough, 4.0):
@@ -149,13 +151,24 @@ def promise(wish):
 
 
 @kernel
-def worth(best, weight):
-    """Return the score up to which starts are worth a descent if the best wish has the norm `best` so far."""
+def worth(best, weight, width):
+    """Return the score up to which starts are worth a descent if the best wish has the norm `best` so far.
+
+    `width` is the factor on the margins.
+    """
     if not best < math.inf or weight <= 0.0:
         return math.inf
     angle = best / weight
     sine = math.sin(0.5 * min(angle, math.pi))
-    return sine * sine + (MARGIN if angle > SMALL else WIDE_MARGIN)
+    return sine * sine + width * (MARGIN if angle > SMALL else WIDE_MARGIN)
+
+
+@kernel
+def sparsity(count, joints):
+    """Return the square of the distance between starts over so many joints, at least 1: that over DENSE joints."""
+    if joints <= DENSE:
+        return 1.0
+    return joints / DENSE * float(count) ** (2.0 / DENSE - 2.0 / joints)
 
 
 @kernel
@@ -171,7 +184,7 @@ def collect(most, least, picks, scores):
                 if count < len(picks):
                     picks[count] = k
                 count += 1
-        if count <= len(picks) or not most > least:
+        if count <= len(picks) or not most > least + ALIKE:
             return min(count, len(picks)), most
         most = 0.5 * (least + most)
 

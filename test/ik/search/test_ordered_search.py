@@ -142,6 +142,45 @@ def test_the_wish_keeps_to_max_joint_jump():
         assert free.wished_orientation_error <= AS_NEAR * solution.wished_orientation_error
 
 
+@pytest.mark.parametrize('batch', [False, True])
+def test_the_errors_of_a_failure_beyond_the_jump_are_those_of_its_configuration(batch):
+    rng = np.random.default_rng(17)
+    targets, seeds = full_poses(ARM, rng, 20), random_configurations(ARM, rng, 20)
+    options = SolveOptions(max_joint_jump=0.05, **CALM)
+    references = random_configurations(ARM, rng, 20)
+    solutions = solve_batch(ARM, targets, seeds, options, references)
+    beyond = 0
+    for k, (target, seed, reference) in enumerate(zip(targets, seeds, references)):
+        one = solve(ARM, target, seed, options, reference)
+        q = solutions.q[k] if batch else one.q
+        said = (
+            (solutions.position_error[k], solutions.wished_orientation_error[k]) if batch
+            else (one.position_error, one.wished_orientation_error)
+        )  # fmt: skip
+        error = errors_of(ARM, q, target)
+        np.testing.assert_allclose(said, (np.linalg.norm(error[:3]), np.linalg.norm(error[3:])), atol=1e-9)
+        beyond += np.max(np.abs(q - reference)) > 0.05
+    assert beyond > 5
+
+
+def test_starts_over_four_joints_find_what_is_near_the_target():
+    # The last joint moves the tip, so the starts cover it too, and are sparse.
+    arm = load_arm(PALLETISER.replace('</joint></robot>', (
+        '</joint><link name="tool"/><joint name="bend" type="revolute"><parent link="tip"/><child link="tool"/>'
+        '<axis xyz="0 1 0"/><limit lower="-2.5" upper="2.5" effort="1" velocity="1"/></joint><link name="end"/>'
+        '<joint name="last" type="fixed"><parent link="tool"/><child link="end"/><origin xyz="0 0 0.3"/></joint>'
+        '</robot>'
+    )))  # fmt: skip
+    assert arm.n == 5 and arm.ordered_starts[1].tolist() == [1.0, 0.0]
+    near = 0
+    for q in random_configurations(arm, np.random.default_rng(18), 100):
+        target = arm.forward(q)
+        target[:3, :3] = target[:3, :3] @ pin.exp3(np.array([0.3, 0.0, 0.0]))
+        solution = solve(arm, target, options=SolveOptions(**CALM))
+        near += solution.converged and solution.wished_orientation_error <= 0.3 * AS_NEAR
+    assert near >= 99
+
+
 def test_six_joints_and_tasks_of_few_rows_have_no_wish_of_their_own():
     ur5, options = load_arm('ur5'), SolveOptions(task_weights=(1, 1, 1, 0, 0, 0), **CALM)
     for arm, solution in (
