@@ -57,7 +57,7 @@ def checks(name: str, targets: Targets, fault: str) -> Iterator[Check]:
     yield Check(f'{name}: solutions that touch', f'{targets.touching} of {targets.judged}',
                 unless(not targets.touching, f'{targets.touching} touch'))  # fmt: skip
     held = targets.statuses[INTERNAL_ERROR]
-    yield Check(f'{name}: held back by the last check', str(held), unless(not held, 'the search was wrong'))
+    yield Check(f'{name}: held back by the final check', str(held), unless(not held, 'the search was wrong'))
     share = targets.clear_solved / max(targets.clear, 1)
     yield Check(f'{name}: targets of clear configurations solved', f'{targets.clear_solved} of {targets.clear}',
                 unless(share >= LEAST_SOLVED, 'too few'))  # fmt: skip
