@@ -73,7 +73,8 @@ def test_a_stretched_elbow_below_a_shoulder_that_is_a_ball_is_too_far(robot, q, 
 
 
 def test_a_shoulder_that_is_a_ball_is_named_by_its_outer_axes():
-    found = name_of('iiwa14', [0.3, 0.0, np.pi / 2.0, 1.2, 0.3, 1.0, 0.0])
+    # At 0.0 the tip loses nothing by two motions of the joints, and any mix of them may come out.
+    found = name_of('iiwa14', [0.3, 0.01, np.pi / 2.0, 1.2, 0.3, 1.0, 0.0])
     assert found == 'the axes of iiwa_joint_1 and iiwa_joint_3 are nearly parallel'
 
 
