@@ -6,8 +6,9 @@ import math
 
 from ros_ik_pkg.ik.kernel.compiled import inlined
 from ros_ik_pkg.ik.kernel.sincos import LARGE, reduce_angle, sincos_of_rest
+from ros_ik_pkg.ik.kernel.vectors import plus_times
 from ros_ik_pkg.ik.kernel.wide import bits_of, larger, where, wide
-from ros_ik_pkg.ik.kinematics.forward import beyond, combine, fill_columns, plus_times
+from ros_ik_pkg.ik.kinematics.forward import beyond, fill_columns, tip_of, turned
 from ros_ik_pkg.ik.kinematics.pose_error import difference
 
 NEAR_HALF_TURN = 1e-2  # 1 + trace of a rotation; there are 4 degrees left to half a turn
@@ -58,24 +59,13 @@ def walk_lanes(geometry, lanes):
             u, z = mix(y, z, rows[i, 4], rows[i, 7]), mix(y, z, rows[i, 5], rows[i, 8])
             x, y = mix(x, u, c, s), mix(x, u, -s, c)
         else:
-            x, y, z = (
-                combine(x, y, z, rows[i, 0] * c + rows[i, 1] * s, rows[i, 3] * c + rows[i, 4] * s,
-                        rows[i, 6] * c + rows[i, 7] * s),
-                combine(x, y, z, rows[i, 1] * c - rows[i, 0] * s, rows[i, 4] * c - rows[i, 3] * s,
-                        rows[i, 7] * c - rows[i, 6] * s),
-                combine(x, y, z, rows[i, 2], rows[i, 5], rows[i, 8]),
-            )  # fmt: skip
+            x, y, z = turned(x, y, z, rows, i, c, s)
         lanes.axes[i, 0], lanes.axes[i, 1], lanes.axes[i, 2] = z
         lanes.axes[i, 3], lanes.axes[i, 4], lanes.axes[i, 5] = p
         if geometry.prismatic[i] != 0.0:
             p = plus_times(p, z, joint_values(geometry, lanes, i))
-    p = beyond(p, x, y, z, rows, count)
-    x, y, z = (
-        combine(x, y, z, rows[count, 0], rows[count, 3], rows[count, 6]),
-        combine(x, y, z, rows[count, 1], rows[count, 4], rows[count, 7]),
-        combine(x, y, z, rows[count, 2], rows[count, 5], rows[count, 8]),
-    )
-    return (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), p, largest
+    R, p = tip_of(p, x, y, z, rows, count)
+    return R, p, largest
 
 
 @inlined

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ros_ik_pkg.ik.branches.subproblems import along, cross, dot, minus
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.vectors import cross, dot, length, minus, plus_times
 
 NO_KIND, WRIST, PARALLEL = range(3)
 NEARLY = 2e-2  # rad, or lengths of the arm: so far axes may be off and yield starts at least
@@ -67,8 +67,8 @@ def feet(lines, a, b):
     square = dot(n, n)
     between = minus(q, p)
     if square < 1e-12:  # parallel
-        return p, along(q, k, -dot(between, k))
-    return along(p, h, dot(cross(between, k), n) / square), along(q, k, dot(cross(between, h), n) / square)
+        return p, plus_times(q, k, -dot(between, k))
+    return plus_times(p, h, dot(cross(between, k), n) / square), plus_times(q, k, dot(cross(between, h), n) / square)
 
 
 @inlined
@@ -87,12 +87,6 @@ def axis(lines, k):
 def origin(lines, k):
     """Return the point on an axis."""
     return lines[k, 3], lines[k, 4], lines[k, 5]
-
-
-@inlined
-def length(v):
-    """Return the length of a vector."""
-    return math.sqrt(dot(v, v))
 
 
 @kernel

@@ -18,11 +18,13 @@ import numpy as np
 
 from ros_ik_pkg.ik.branches.axes import NO_KIND, WRIST, axis, feet, kind_of, origin, turn_round
 from ros_ik_pkg.ik.branches.circles import meet_circles
-from ros_ik_pkg.ik.branches.subproblems import along, angle_onto, component, dot, minus, turn, two_angles
+from ros_ik_pkg.ik.branches.subproblems import angle_onto, component, turn, two_angles
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import BRANCH_ROWS, Geometry
 from ros_ik_pkg.ik.kernel.linalg import fill
+from ros_ik_pkg.ik.kernel.vectors import dot, minus, plus_times, rotated, rotated_back
 from ros_ik_pkg.ik.kinematics.forward import walk
+from ros_ik_pkg.ik.kinematics.pose_error import difference
 
 JOINTS = 6
 PAIRS = BRANCH_ROWS - 4  # row of the memory at which the pairs of angles begin
@@ -73,13 +75,13 @@ def find_branches(geometry, scale, task, tuning, reference, work):
         return 0, UNKNOWN
     tolerance = max(tuning.position_tolerance / scale, tuning.orientation_tolerance)
     miss = min(tolerance, COARSEST) + off
-    G = times_transposed(task.R, R)
-    moved = times(G, p)
+    G = difference(task.R, R)
+    moved = rotated(G, p)
     t = (task.p[0] - moved[0]) / scale, (task.p[1] - moved[1]) / scale, (task.p[2] - moved[2]) / scale
     if backwards:
         turn_round(lines)
         G = (G[0], G[3], G[6], G[1], G[4], G[7], G[2], G[5], G[8])
-        t = times(G, (-t[0], -t[1], -t[2]))
+        t = rotated(G, (-t[0], -t[1], -t[2]))
     chain = Chain(
         lines, G, t, NEAR_LIMIT * miss, MARGIN * miss, 0.5 * tolerance, backwards, geometry,
         tuning.respect_limits > 0.0, reference, work.branches,
@@ -112,9 +114,9 @@ def branches_by_wrist(chain, roots):
     lines, G = chain.lines, chain.G
     h1, h2, h3, h4, h5, h6 = axes_of(lines)
     c, _ = feet(lines, 5, 4)
-    x = along(times(G, c), chain.t, 1.0)
+    x = plus_times(rotated(G, c), chain.t, 1.0)
     p1, p2 = feet(lines, 0, 1)
-    p3 = along(origin(lines, 2), h3, dot(h3, minus(c, origin(lines, 2))))
+    p3 = plus_times(origin(lines, 2), h3, dot(h3, minus(c, origin(lines, 2))))
     w, g, e, d = minus(x, p1), minus(c, p3), minus(p1, p2), minus(p3, p2)
     count, single = meet_circles(
         component(h2, h1, w), component(e, h1, w), component(h2, h3, g), component(d, h3, g),
@@ -122,11 +124,11 @@ def branches_by_wrist(chain, roots):
         chain.slack, chain.free, reference_of(chain, 0), reference_of(chain, 2), chain.branches[PAIRS:], roots,
     )  # fmt: skip
     found = 0
-    last, middle = times(G, h6), times(G, h5)
+    last, middle = rotated(G, h6), rotated(G, h5)
     for k in range(count):
         q1, q3 = chain.branches[PAIRS + k, 0], chain.branches[PAIRS + k, 1]
         c1, s1, c3, s3 = math.cos(q1), math.sin(q1), math.cos(q3), math.sin(q3)
-        q2, lever = angle_onto(h2, along(d, turn(h3, c3, s3, g), 1.0), along(e, turn(h1, c1, -s1, w), 1.0))
+        q2, lever = angle_onto(h2, plus_times(d, turn(h3, c3, s3, g), 1.0), plus_times(e, turn(h1, c1, -s1, w), 1.0))
         if lever <= chain.free:
             q2, single = reference_of(chain, 1), False
         c2, s2 = math.cos(q2), math.sin(q2)
@@ -156,10 +158,10 @@ def branches_by_parallel(chain, roots):
     h1, h, _, _, h5, h6 = axes_of(lines)
     c, p5 = feet(lines, 5, 4)
     p1, p2, p3, p4 = origin(lines, 0), origin(lines, 1), origin(lines, 2), origin(lines, 3)
-    last = times(G, h6)
+    last = rotated(G, h6)
     a, b = component(h, h5, minus(c, p5)), component(h, h5, h6)
     count, single = meet_circles(
-        component(h, h1, minus(along(times(G, c), chain.t, 1.0), p1)), component(h, h1, last), a, b,
+        component(h, h1, minus(plus_times(rotated(G, c), chain.t, 1.0), p1)), component(h, h1, last), a, b,
         dot(h, minus(p5, p1)), 0.0,
         chain.slack, chain.free, reference_of(chain, 0), reference_of(chain, 4), chain.branches[PAIRS:], roots,
     )  # fmt: skip
@@ -169,21 +171,21 @@ def branches_by_parallel(chain, roots):
     for k in range(count):
         q1, q5 = chain.branches[PAIRS + k, 0], chain.branches[PAIRS + k, 1]
         c1, s1, c5, s5 = math.cos(q1), math.sin(q1), math.cos(q5), math.sin(q5)
-        back, lever = angle_onto(h6, turn(h5, c5, -s5, h), times_back(G, turn(h1, c1, s1, h)))
+        back, lever = angle_onto(h6, turn(h5, c5, -s5, h), rotated_back(G, turn(h1, c1, s1, h)))
         if lever <= chain.free:
             back, single = -reference_of(chain, 5), False
         c6, s6 = math.cos(back), math.sin(back)
-        z = along(p5, turn(h5, c5, -s5, minus(p4, p5)), 1.0)
-        z = along(c, turn(h6, c6, s6, minus(z, c)), 1.0)
-        z = minus(along(times(G, z), chain.t, 1.0), p1)
-        z = across(h, minus(along(p1, turn(h1, c1, -s1, z), 1.0), p2))
-        y = turn(h1, c1, -s1, times(G, turn(h6, c6, s6, turn(h5, c5, -s5, upper))))
+        z = plus_times(p5, turn(h5, c5, -s5, minus(p4, p5)), 1.0)
+        z = plus_times(c, turn(h6, c6, s6, minus(z, c)), 1.0)
+        z = minus(plus_times(rotated(G, z), chain.t, 1.0), p1)
+        z = across(h, minus(plus_times(p1, turn(h1, c1, -s1, z), 1.0), p2))
+        y = turn(h1, c1, -s1, rotated(G, turn(h6, c6, s6, turn(h5, c5, -s5, upper))))
         sum_of_three, _ = angle_onto(h, upper, y)
         level = 0.5 * (dot(z, z) - dot(upper, upper) - dot(lower, lower))
         choices, first, second = two_angles(b3, s3, level, chain.slack, chain.free)
         for choice in range(choices):
             q3 = first if choice == 0 else second
-            q2, lever = angle_onto(h, along(upper, turn(h, math.cos(q3), math.sin(q3), lower), 1.0), z)
+            q2, lever = angle_onto(h, plus_times(upper, turn(h, math.cos(q3), math.sin(q3), lower), 1.0), z)
             if lever <= chain.free:
                 q2, single = reference_of(chain, 1), False
             found = put(chain, found, (q1, q2, q3, sum_of_three - q2 - q3, q5, -back))
@@ -233,31 +235,4 @@ def axes_of(lines):
 @inlined
 def across(h, v):
     """Return the part of v across the unit vector h."""
-    return along(v, h, -dot(h, v))
-
-
-@inlined
-def times(R, v):
-    """Return R v of a rotation, row by row."""
-    return (
-        R[0] * v[0] + R[1] * v[1] + R[2] * v[2],
-        R[3] * v[0] + R[4] * v[1] + R[5] * v[2],
-        R[6] * v[0] + R[7] * v[1] + R[8] * v[2],
-    )
-
-
-@inlined
-def times_back(R, v):
-    """Return R^T v."""
-    return (
-        R[0] * v[0] + R[3] * v[1] + R[6] * v[2],
-        R[1] * v[0] + R[4] * v[1] + R[7] * v[2],
-        R[2] * v[0] + R[5] * v[1] + R[8] * v[2],
-    )
-
-
-@inlined
-def times_transposed(A, B):
-    """Return A B^T of two rotations."""
-    x, y, z = times(A, (B[0], B[1], B[2])), times(A, (B[3], B[4], B[5])), times(A, (B[6], B[7], B[8]))
-    return x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]
+    return plus_times(v, h, -dot(h, v))

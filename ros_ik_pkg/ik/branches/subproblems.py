@@ -9,34 +9,11 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.vectors import cross, dot
 
 ROUNDS = 40  # of the iteration for four roots; ten are enough if no two of them coincide
 SETTLED = 1e-28  # square of the last correction of roots of about 1
 VANISHES = 1e-9  # length of what is rounding alone, of about 1
-
-
-@inlined
-def dot(a, b):
-    """Return the inner product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
-def cross(a, b):
-    """Return the vector product."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@inlined
-def minus(a, b):
-    """Return a - b."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-@inlined
-def along(start, a, factor):
-    """Return start + factor a."""
-    return start[0] + factor * a[0], start[1] + factor * a[1], start[2] + factor * a[2]
 
 
 @inlined

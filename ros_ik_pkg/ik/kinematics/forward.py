@@ -13,6 +13,7 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import joints_size, make_joints, unpack_model
 from ros_ik_pkg.ik.kernel.linalg import fill
 from ros_ik_pkg.ik.kernel.sincos import sincos_all
+from ros_ik_pkg.ik.kernel.vectors import plus_times
 
 
 @inlined
@@ -29,23 +30,36 @@ def walk(geometry, q, joints):
         prismatic = geometry.prismatic[i] != 0.0
         s, c = (0.0, 1.0) if prismatic else (joints.sines[i], joints.cosines[i])
         p = beyond(p, x, y, z, rows, i)
-        # Rotate the placement by the joint first: this takes one product off the serial dependency chain.
-        x, y, z = (
-            combine(x, y, z, rows[i, 0] * c + rows[i, 1] * s, rows[i, 3] * c + rows[i, 4] * s,
-                    rows[i, 6] * c + rows[i, 7] * s),
-            combine(x, y, z, rows[i, 1] * c - rows[i, 0] * s, rows[i, 4] * c - rows[i, 3] * s,
-                    rows[i, 7] * c - rows[i, 6] * s),
-            combine(x, y, z, rows[i, 2], rows[i, 5], rows[i, 8]),
-        )  # fmt: skip
+        x, y, z = turned(x, y, z, rows, i, c, s)
         joints.axes[i, 0], joints.axes[i, 1], joints.axes[i, 2] = z
         joints.axes[i, 3], joints.axes[i, 4], joints.axes[i, 5] = p
         if prismatic:
             p = plus_times(p, z, joints.values[i])
-    p = beyond(p, x, y, z, rows, count)
+    return tip_of(p, x, y, z, rows, count)
+
+
+@inlined
+def turned(x, y, z, rows, k, cosine, sine):
+    """Return the axes of the frame after placement k, from the axes x, y, z, and a turn about the last of them."""
+    # The placement is turned first: this takes one product off the serial dependency chain.
+    return (
+        combine(x, y, z, rows[k, 0] * cosine + rows[k, 1] * sine, rows[k, 3] * cosine + rows[k, 4] * sine,
+                rows[k, 6] * cosine + rows[k, 7] * sine),
+        combine(x, y, z, rows[k, 1] * cosine - rows[k, 0] * sine, rows[k, 4] * cosine - rows[k, 3] * sine,
+                rows[k, 7] * cosine - rows[k, 6] * sine),
+        combine(x, y, z, rows[k, 2], rows[k, 5], rows[k, 8]),
+    )  # fmt: skip
+
+
+@inlined
+def tip_of(p, x, y, z, rows, k):
+    """Return rotation (nine numbers, row by row) and position of the frame after placement k, the last one, from the
+    frame with the axes x, y, z at p."""
+    p = beyond(p, x, y, z, rows, k)
     a, b, c = (
-        combine(x, y, z, rows[count, 0], rows[count, 3], rows[count, 6]),
-        combine(x, y, z, rows[count, 1], rows[count, 4], rows[count, 7]),
-        combine(x, y, z, rows[count, 2], rows[count, 5], rows[count, 8]),
+        combine(x, y, z, rows[k, 0], rows[k, 3], rows[k, 6]),
+        combine(x, y, z, rows[k, 1], rows[k, 4], rows[k, 7]),
+        combine(x, y, z, rows[k, 2], rows[k, 5], rows[k, 8]),
     )
     return (a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]), p
 
@@ -58,12 +72,6 @@ def combine(x, y, z, a, b, c):
         x[1] * a + y[1] * b + z[1] * c,
         x[2] * a + y[2] * b + z[2] * c,
     )
-
-
-@inlined
-def plus_times(p, x, a):
-    """Return p + x a of two vectors."""
-    return p[0] + x[0] * a, p[1] + x[1] * a, p[2] + x[2] * a
 
 
 @inlined

@@ -12,8 +12,9 @@ import math
 
 import numpy as np
 
-from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.numba_insides import on_its_own
+from ros_ik_pkg.ik.kernel.vectors import rotated_back
 from ros_ik_pkg.ik.kinematics.pose_error import quaternion
 from ros_ik_pkg.ik.search.starts import r_sequence, reach_poses, sampling_range
 
@@ -74,10 +75,11 @@ def aim(geometry, free, task):
     R, p, azimuth = task.R, task.p, 0.0
     if free[0] > 0.0:
         F = geometry.placements[0]
-        x, y, z = into(F, p[0] - F[9], p[1] - F[10], p[2] - F[11])
+        x, y, z = rotated_back(F, (p[0] - F[9], p[1] - F[10], p[2] - F[11]))
         azimuth, r = math.atan2(y, x), math.sqrt(x * x + y * y)
         c, s = math.cos(azimuth), math.sin(azimuth)
-        a, b, d = into(F, R[0], R[3], R[6]), into(F, R[1], R[4], R[7]), into(F, R[2], R[5], R[8])
+        a, b = rotated_back(F, (R[0], R[3], R[6])), rotated_back(F, (R[1], R[4], R[7]))
+        d = rotated_back(F, (R[2], R[5], R[8]))
         p = (r, 0.0, z)
         R = (
             c * a[0] + s * a[1], c * b[0] + s * b[1], c * d[0] + s * d[1],
@@ -92,13 +94,6 @@ def aim(geometry, free, task):
         -x * ax - y * ay - z * az, w * ax + y * az - z * ay, w * ay + z * ax - x * az, w * az + x * ay - y * ax,
     )  # fmt: skip
     return p, (w, x, y, z), half_turned, azimuth
-
-
-@inlined
-def into(placement, x, y, z):
-    """Return a vector of the base frame in the axes of a placement."""
-    F = placement
-    return F[0] * x + F[3] * y + F[6] * z, F[1] * x + F[4] * y + F[7] * z, F[2] * x + F[5] * y + F[8] * z
 
 
 @kernel
