@@ -19,22 +19,30 @@ def shaped(_typing, array, start, shape):
     view = types.Array(array.dtype, len(shape), 'C')
 
     def build(context, builder, signature, arguments):
-        whole = context.make_array(array)(context, builder, arguments[0])
-        first = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        lengths = [
-            context.cast(builder, length, kind, types.intp)
-            for length, kind in zip(cgutils.unpack_tuple(builder, arguments[2]), shape)
-        ]
-        size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(array.dtype)))
-        strides = [size]
-        for length in lengths[:0:-1]:
-            strides.insert(0, builder.mul(strides[0], length))
-        made = context.make_array(view)(context, builder)
-        data = builder.gep(whole.data, [first])
-        populate_array(made, data=data, shape=lengths, strides=strides, itemsize=size, meminfo=None)
-        return made._getvalue()
+        size = context.get_abi_sizeof(context.get_data_type(array.dtype))
+        return build_view(context, builder, signature, arguments, size, lambda data: data)
 
     return view(array, start, shape), build
+
+
+def build_view(context, builder, signature, arguments, size, cast):
+    """Return the LLVM value of what `shaped` returns; items are of `size` bytes, `cast` makes a pointer to them from
+    that of the array."""
+    array, start, shape = signature.args
+    whole = context.make_array(array)(context, builder, arguments[0])
+    first = context.cast(builder, arguments[1], start, types.intp)
+    lengths = [
+        context.cast(builder, length, kind, types.intp)
+        for length, kind in zip(cgutils.unpack_tuple(builder, arguments[2]), shape)
+    ]
+    itemsize = context.get_constant(types.intp, size)
+    strides = [itemsize]
+    for length in lengths[:0:-1]:
+        strides.insert(0, builder.mul(strides[0], length))
+    made = context.make_array(signature.return_type)(context, builder)
+    data = builder.gep(cast(whole.data), [first])
+    populate_array(made, data=data, shape=lengths, strides=strides, itemsize=itemsize, meminfo=None)
+    return made._getvalue()
 
 
 @intrinsic

@@ -17,7 +17,8 @@ from numba import types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model, type_callable
-from numba.np.arrayobj import populate_array
+
+from ros_ik_pkg.ik.kernel.array_views import build_view
 
 LANES = 8
 NUMBERS = ir.VectorType(ir.DoubleType(), LANES)
@@ -189,19 +190,9 @@ def wide_view(_typing, memory, start, shape):
     view = types.Array(WIDE, len(shape), 'C')
 
     def build(context, builder, signature, arguments):
-        whole = context.make_array(memory)(context, builder, arguments[0])
-        first = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        lengths = [
-            context.cast(builder, length, kind, types.intp)
-            for length, kind in zip(cgutils.unpack_tuple(builder, arguments[2]), shape)
-        ]
-        size = context.get_constant(types.intp, SIZE)
-        strides = [size]
-        for length in lengths[:0:-1]:
-            strides.insert(0, builder.mul(strides[0], length))
-        made = context.make_array(view)(context, builder)
-        data = builder.gep(builder.bitcast(whole.data, NUMBERS.as_pointer()), [first])
-        populate_array(made, data=data, shape=lengths, strides=strides, itemsize=size, meminfo=None)
-        return made._getvalue()
+        def cast(data):
+            return builder.bitcast(data, NUMBERS.as_pointer())
+
+        return build_view(context, builder, signature, arguments, SIZE, cast)
 
     return view(memory, start, shape), build
