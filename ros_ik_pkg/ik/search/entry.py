@@ -146,13 +146,8 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
     kept = answers if len(answers) > 0 else one
     for k in range(len(out)):
         began = now(work.clock)
-        q, row = shaped(out, k * (n + WIDTH), (n,)), shaped(out, k * (n + WIDTH) + n, (WIDTH,))
-        T, seed = shaped(targets, 16 * k, (4, 4)), shaped(seeds, k * n, (n,))
-        reference = shaped(references, k * n, (n,))
-        assign(q, seed)
-        fill(row, math.nan)
-        row[STATUS] = NOT_AN_ARGUMENT
-        if not (fits and is_pose(T) and finite(seed) and finite(reference)):
+        q, row, T, reference, good = open_row(k, n, targets, seeds, references, out)
+        if not (fits and good):
             continue
         if rows is None and (int(tuning.null_space) != NONE or len(model) > packed_size(model)):
             row[STATUS] = NOT_COMPILED
@@ -177,6 +172,19 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
             row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began
     return integers[2]
+
+
+@inlined
+def open_row(k, n, targets, seeds, references, out):
+    """Return q (n,) and figures of row k of `out`, its target (4, 4) and reference (n,), and whether its arguments are
+    valid; q is the seed, and the status NOT_AN_ARGUMENT."""
+    q, row = shaped(out, k * (n + WIDTH), (n,)), shaped(out, k * (n + WIDTH) + n, (WIDTH,))
+    T, seed = shaped(targets, 16 * k, (4, 4)), shaped(seeds, k * n, (n,))
+    reference = shaped(references, k * n, (n,))
+    assign(q, seed)
+    fill(row, math.nan)
+    row[STATUS] = NOT_AN_ARGUMENT
+    return q, row, T, reference, is_pose(T) and finite(seed) and finite(reference)
 
 
 @kernel

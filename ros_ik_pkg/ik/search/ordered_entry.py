@@ -35,7 +35,6 @@ from ros_ik_pkg.ik.search.entry import (
     JOINT_DISTANCE,
     JOINT_WEIGHTS,
     LIMITS_MASK,
-    NOT_AN_ARGUMENT,
     ORIENTATION_ERROR,
     POSITION_ERROR,
     SEED_CLIPPED,
@@ -48,9 +47,8 @@ from ros_ik_pkg.ik.search.entry import (
     WISHED_ORIENTATION_ERROR,
     WISHED_POSITION_ERROR,
     WISHED_ROWS,
-    finite,
-    is_pose,
     largest_gap,
+    open_row,
 )
 from ros_ik_pkg.ik.search.ordered_search import search_in_order
 from ros_ik_pkg.ik.search.solutions import forget_touching
@@ -108,13 +106,8 @@ def _solve_in_order(
     kept = answers if len(answers) > 0 else one
     for k in range(len(out)):
         began = now(work.clock)
-        q, row = shaped(out, k * (n + WIDTH), (n,)), shaped(out, k * (n + WIDTH) + n, (WIDTH,))
-        T, seed = shaped(targets, 16 * k, (4, 4)), shaped(seeds, k * n, (n,))
-        reference = shaped(references, k * n, (n,))
-        assign(q, seed)
-        fill(row, math.nan)
-        row[STATUS] = NOT_AN_ARGUMENT
-        if not (fits and is_pose(T) and finite(seed) and finite(reference)):
+        q, row, T, reference, good = open_row(k, n, targets, seeds, references, out)
+        if not (fits and good):
             continue
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(whole_geometry, work.q)
