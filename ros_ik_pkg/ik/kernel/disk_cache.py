@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -38,8 +39,10 @@ def cache_in(folder: Path, not_saved: list[str]) -> Callable[[Callable[..., Any]
         _impl_class = Parts
 
         def holds(self, types: Any, codegen: Any) -> bool:
-            """Return whether code for these types is there; to load it takes a tenth of a second."""
-            return self._cache_file.load(self._index_key(types, codegen)) is not None
+            """Return whether code for these types is there, without reading it: it is megabytes."""
+            file = self._cache_file
+            name = file._load_index().get(self._index_key(types, codegen))
+            return name is not None and os.path.exists(file._data_path(name))
 
         def save_overload(self, *arguments: Any) -> None:
             """Keep code in memory if it cannot be saved; Numba would raise an error after compiling it."""
