@@ -15,7 +15,7 @@ from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.options import SolveOptions
-from ros_ik_pkg.ik.ordered_solver import solve_rows_in_order
+from ros_ik_pkg.ik.ordered_solver import search_targets
 from ros_ik_pkg.ik.search.entry import (
     ATTEMPTS,
     JOINT_DISTANCE,
@@ -27,7 +27,6 @@ from ros_ik_pkg.ik.search.entry import (
     TIME,
     WISHED_ORIENTATION_ERROR,
     WISHED_POSITION_ERROR,
-    solve_range,
 )
 from ros_ik_pkg.ik.solution import Status
 from ros_ik_pkg.ik.solver import DEFAULT_OPTIONS, NOTHING, WIDTH, argument_error, as_array, solve_at_length
@@ -107,12 +106,8 @@ def solve_batch(
     starts = _rows(arm.home if seeds is None else seeds, count, arm.n, 'seeds')
     origins = starts if references is None else _rows(references, count, arm.n, 'references')
     out = np.empty((count, arm.n + WIDTH))
-    room, model = None, arm.packed
-    if options.avoid_collisions and arm.shaped:
-        room = arm.contacts.room(world)
-        model = room.behind(model)
-    wishes = arm.n < options.wishes_below
-    lanes = room is None and not wishes and fits_lanes(options, count)
+    room = arm.contacts.room(world) if options.avoid_collisions and arm.shaped else None
+    lanes = room is None and arm.n >= options.wishes_below and fits_lanes(options, count)
 
     def arguments(a: int, b: int) -> tuple[Any, ...]:
         of_joints = slice(a * arm.n, b * arm.n)
@@ -122,14 +117,11 @@ def solve_batch(
         a, b = chunk.start, chunk.stop
         rest = [(a, b)]
         if lanes:
-            solve_lanes(model, options.numbers, *arguments(a, b))
+            solve_lanes(arm.packed, options.numbers, *arguments(a, b))
             rest = [(a + first, a + last) for first, last in _runs(out[a:b, arm.n + STATUS] == HANDED_OVER)]
         for first, last in rest:
             part = *arguments(first, last), NOTHING, NOTHING, NOTHING
-            if wishes:
-                solve_rows_in_order(arm, room, options, *part)
-            else:
-                solve_range(model, options.numbers, *part)
+            search_targets(arm, room, options, *part)
         return b - a
 
     threads = len(os.sched_getaffinity(0)) if workers is None else workers

@@ -38,12 +38,14 @@ ALMOST, HARDLY = 0.5, 0.01
 FEW = 20
 
 
-def solve_rows_in_order(
+def search_targets(
     arm: Arm, room: Room | None, options: SolveOptions, targets: np.ndarray, seeds: np.ndarray, references: np.ndarray,
     out: np.ndarray, answers: np.ndarray, touching: np.ndarray, rows: np.ndarray,
 ) -> int:
-    """Do what `solve_range` does, with the rows that the options wish for."""
+    """Do what `solve_range` does, in strict order if the options wish for rows of this arm."""
     model = arm.packed if room is None else room.behind(arm.packed)
+    if arm.n >= options.wishes_below:
+        return solve_range(model, options.numbers, targets, seeds, references, out, answers, touching, rows)
     starts, free = arm.ordered_starts
     count = solve_in_order(
         model, options.numbers, options.wished_mask, starts, free, targets, seeds, references, out, answers, touching,

@@ -15,7 +15,7 @@ from ros_ik_pkg.ik.contacts.contacts import Room
 from ros_ik_pkg.ik.exceptions import ArgumentError, NotCompiledError, OptionError
 from ros_ik_pkg.ik.kernel.data_layout import TRACE_WIDTH
 from ros_ik_pkg.ik.options import SolveOptions, demanded_alone
-from ros_ik_pkg.ik.ordered_solver import measure_wishes, solve_rows_in_order
+from ros_ik_pkg.ik.ordered_solver import measure_wishes, search_targets
 from ros_ik_pkg.ik.search.entry import (
     COMPLETENESS,
     FOUND,
@@ -156,14 +156,7 @@ def solve_at_length(
     answers = np.empty((MOST_ANSWERS, n)) if options.choice == 'all' else NOTHING
     rows = np.empty((TRACE_CAPACITY, TRACE_WIDTH + n + 3)) if trace else NOTHING
     touching = NOTHING if room is None else np.full((MOST_TOUCHING, n), np.nan)
-    wishes = n < options.wishes_below
-    if wishes:
-        count = solve_rows_in_order(
-            arm, room, options, target, seed, origin, row.reshape(1, -1), answers, touching, rows
-        )
-    else:
-        model = arm.packed if room is None else room.behind(arm.packed)
-        count = solve_range(model, options.numbers, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
+    count = search_targets(arm, room, options, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise argument_error(arm, options, target, seed, origin)
     if room is not None and row[STATUS - WIDTH] == COLLISION:
@@ -171,6 +164,7 @@ def solve_at_length(
         def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
             solve_range(arm.packed, numbers, target, q, origin, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
 
+        wishes = n < options.wishes_below
         alone = demanded_alone(options) if wishes else options
         take_best(look_at, alone, room, touching[~np.isnan(touching[:, 0])], row)
         if wishes:
@@ -180,8 +174,6 @@ def solve_at_length(
             row[COMPLETENESS - WIDTH] = NOT_KNOWN  # coal may find others clear too
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
     return Solution(row, found, _trace(rows, count, n) if trace else None, room)
-
-
 
 
 def as_array(value: Any, name: str, shape: tuple[int | None, ...]) -> np.ndarray:

@@ -24,13 +24,13 @@ COUNT = 2 * FEWEST
 @pytest.fixture
 def handed_over(monkeypatch):
     """How many targets lanes leave to the usual search, one number for each call of it."""
-    counts, usual = [], batch_solver.solve_range
+    counts, usual = [], batch_solver.search_targets
 
     def count(*arguments):
-        counts.append(len(arguments[5]))
+        counts.append(len(arguments[6]))  # rows of `out`
         return usual(*arguments)
 
-    monkeypatch.setattr(batch_solver, 'solve_range', count)
+    monkeypatch.setattr(batch_solver, 'search_targets', count)
     return counts
 
 
