@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -18,11 +18,13 @@ from browser import PAGE_TIMEOUT, open_page, running
 from rclpy.executors import SingleThreadedExecutor
 from ros_helpers import CALM_ARGUMENTS, TIMEOUT
 
+from ros_ik_pkg.panel.pages.page import Page
 from ros_ik_pkg.panel.panel import Panel
 from ros_ik_pkg.panel.panel_node import TICK, spin_for
 from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.tools.processes import ros_node
 
+AnyPage = TypeVar('AnyPage', bound=Page)
 TOLERANCES = ('-p', 'position_tolerance:=1e-6', '-p', 'orientation_tolerance:=1e-6')
 
 
@@ -53,6 +55,11 @@ class ShownPanel:
         """Choose a tab, and open one of its folders unless it is open."""
         self.page.get_by_role('tab', name=tab, exact=True).click()
         self.page.get_by_text(folder, exact=True).first.click()
+
+    def page_of(self, kind: type[AnyPage]) -> AnyPage:
+        """Return the panel's page of this class."""
+        (found,) = (page for page in self.panel._pages if isinstance(page, kind))
+        return found
 
     def wait(self, condition: Callable[[], object], what: str, timeout: float = TIMEOUT) -> None:
         """Wait until a condition holds between two ticks."""

@@ -38,17 +38,12 @@ def shown(tmp_path_factory):
         yield shown
 
 
-def page_of(shown: ShownPanel) -> DrivePage:
-    (page,) = (page for page in shown.panel._pages if isinstance(page, DrivePage))
-    return page
-
-
 def rate_of(shown: ShownPanel) -> float:
     return shown.panel._sync.parameters.node.get('command_rate')
 
 
 def test_while_the_gizmo_is_held_the_tip_follows_it_within_speed_and_limits_and_stops_when_it_is_let_go(shown):
-    drive, arm, judge = page_of(shown), shown.panel._arm, load_arm('panda')
+    drive, arm, judge = shown.page_of(DrivePage), shown.panel._arm, load_arm('panda')
     shown.page.get_by_label('Drive by the gizmo').check()
     shown.wait(lambda: rate_of(shown) == 100.0, 'a stream', START_TIMEOUT)
     shown.type_into_slider('Most [m/s]', SPEED)
@@ -91,7 +86,7 @@ def test_while_it_drives_the_page_says_what_the_stream_does_and_sends_no_targets
 
 
 def test_switched_off_the_node_has_no_stream_and_the_target_is_solved_from_where_the_arm_stands(shown):
-    drive = page_of(shown)
+    drive = shown.page_of(DrivePage)
     with shown.still():
         q = drive._commands.position
     shown.page.get_by_label('Drive by the gizmo').uncheck()

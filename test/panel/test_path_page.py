@@ -35,14 +35,9 @@ def shown(tmp_path_factory, request):
         yield shown
 
 
-def page_of(shown: ShownPanel) -> PathPage:
-    (page,) = (page for page in shown.panel._pages if isinstance(page, PathPage))
-    return page
-
-
 def lay_out(shown: ShownPanel, *offsets: np.ndarray) -> PathPage:
     """Press *Add* for each pose, and move it by an offset (3,) [m]."""
-    path = page_of(shown)
+    path = shown.page_of(PathPage)
     shown.press('Clear')
     shown.wait(lambda: not path._poses, 'no poses')
     for k, offset in enumerate(offsets):

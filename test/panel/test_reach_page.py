@@ -11,7 +11,7 @@ from browser import need_browser
 from ros_helpers import START_TIMEOUT, allow_lark
 
 need_browser()
-from shown_panel import ShownPanel, pixel_of, shown_panel  # noqa: E402  (these import viser)
+from shown_panel import pixel_of, shown_panel  # noqa: E402  (these import viser)
 
 from ros_ik_pkg.panel.pages.reach import ReachPage  # noqa: E402
 
@@ -27,13 +27,8 @@ def shown(tmp_path_factory):
         yield shown
 
 
-def page_of(shown: ShownPanel) -> ReachPage:
-    (page,) = (page for page in shown.panel._pages if isinstance(page, ReachPage))
-    return page
-
-
 def test_the_map_of_the_node_is_drawn_and_cut_and_a_click_sends_the_arm_there(shown, request):
-    reach = page_of(shown)
+    reach = shown.page_of(ReachPage)
     shown.press('Map the reach')
     shown.page.get_by_test_id('reach').filter(has_text='mapping what panda reaches').wait_for()
     shown.wait(lambda: reach._known, 'the map', START_TIMEOUT)

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from smooth_commands import assert_within_limits
 
 from bench.published_robots import PANDA, UR5
 from ros_ik_pkg.ik import Arm, Obstacle, SolveOptions, World, load_arm
@@ -69,10 +70,7 @@ class Run:
         return np.array([self.room.look(q).clearance for q in (*self.commands[::10], self.commands[-1])])
 
     def assert_smooth(self) -> None:
-        values, limits = np.array([self.commands[0]] * 3 + self.commands), self.servo.limits
-        for limit in (limits.velocity, limits.acceleration, limits.jerk):
-            values = np.diff(values, axis=0) / PERIOD
-            assert np.all(np.abs(values) <= limit * (1.0 + 1e-9))
+        assert_within_limits(self.commands, self.servo.limits, PERIOD)
 
 
 @pytest.mark.parametrize('name', ['panda', 'ur5'])

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
+from smooth_commands import assert_within_limits
 
 from ros_ik_pkg.ik import SolveOptions, load_arm, solve
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, LINE, SERVO_OPTIONS, ServoSettings, Thresholds
@@ -23,7 +24,6 @@ THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPT
 UR5_START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
 WRIST_SINGULAR = np.array([0.2, -1.2, 1.6, -1.9, 0.0, 0.2])  # of a UR5: its fourth and sixth axes are parallel
 HALF = 0.1  # m from there to either end of the lines across it
-ROUNDING = 1e-9
 
 
 class Run:
@@ -52,11 +52,7 @@ class Run:
         return np.array([pinocchio_tip(self.arm, q) for q in self.commands])
 
     def assert_smooth(self) -> None:
-        values, limits = np.array([self.commands[0]] * 3 + self.commands), self.servo.limits
-        assert np.all((limits.lower <= values) & (values <= limits.upper))
-        for limit in (limits.velocity, limits.acceleration, limits.jerk):
-            values = np.diff(values, axis=0) / PERIOD
-            assert np.all(np.abs(values) <= limit * (1.0 + ROUNDING))
+        assert_within_limits(self.commands, self.servo.limits, PERIOD)
 
 
 def moved(pose: np.ndarray, way=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0)) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
+from smooth_commands import assert_within_limits
 
 from ros_ik_pkg.ik import SolveOptions, load_arm, solve
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
@@ -22,7 +23,6 @@ SETTINGS = replace(ServoSettings(**{option.name: option.default for option in SE
 THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPTIONS})
 ALONG_Y = TwistCommand(np.array([0.0, 0.1, 0.0, 0.0, 0.0, 0.0]), np.eye(3))
 STILL = TwistCommand(np.zeros(6), np.eye(3))
-ROUNDING = 1e-9
 
 
 class Run:
@@ -45,11 +45,7 @@ class Run:
             self.ticks(5)
 
     def assert_smooth(self) -> None:
-        values, limits = np.array([self.commands[0]] * 3 + self.commands), self.servo.limits
-        assert np.all((limits.lower <= values) & (values <= limits.upper))
-        for limit in (limits.velocity, limits.acceleration, limits.jerk):
-            values = np.diff(values, axis=0) / PERIOD
-            assert np.all(np.abs(values) <= limit * (1.0 + ROUNDING))
+        assert_within_limits(self.commands, self.servo.limits, PERIOD)
 
     @property
     def code(self) -> Code:

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
+from smooth_commands import assert_within_limits
 
 from bench.published_robots import PANDA
 from ros_ik_pkg.ik import Arm, Obstacle, SolveOptions, World, load_arm, solve
@@ -67,10 +68,7 @@ def assert_on_its_line(arm: Arm, commands: np.ndarray, servo: Servo) -> None:
     assert np.abs(tips[:, [0, 2], 3] - tips[0, [0, 2], 3]).max() < 1e-4
     assert np.abs(tips[:, :3, :3] - tips[0, :3, :3]).max() < 1e-4
     assert tips[-1, 1, 3] - tips[0, 1, 3] == pytest.approx(0.1, abs=2e-3)
-    values = np.concatenate([[commands[0]] * 3, commands])
-    for limit in (servo.limits.velocity, servo.limits.acceleration, servo.limits.jerk):
-        values = np.diff(values, axis=0) / PERIOD
-        assert np.all(np.abs(values) <= limit * (1.0 + 1e-9))
+    assert_within_limits(commands, servo.limits, PERIOD)
 
 
 @pytest.mark.parametrize(('objective', 'measure', 'gain'), [
