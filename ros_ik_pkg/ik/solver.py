@@ -20,13 +20,12 @@ from ros_ik_pkg.ik.search.entry import (
     COMPLETENESS,
     FOUND,
     NOT_AN_ARGUMENT,
-    NOT_COMPILED,
     STATUS,
     solve_one,
     solve_range,
     solve_usual,
 )
-from ros_ik_pkg.ik.search.search import COLLISION
+from ros_ik_pkg.ik.search.search import COLLISION, NOT_COMPILED
 from ros_ik_pkg.ik.solution import FIGURES, NOT_KNOWN, Solution, Status, Trace
 from ros_ik_pkg.ik.touching import take_best
 from ros_ik_pkg.ik.world import World

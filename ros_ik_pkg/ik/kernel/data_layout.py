@@ -156,6 +156,10 @@ class Workspace(NamedTuple):
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
 
+# The workspace of solve_usual, which has variants of some functions
+UsualWorkspace: Any = namedtuple('UsualWorkspace', Workspace._fields)  # type: ignore[misc]
+
+
 class Recorder(NamedTuple):
     """Receives the iterates of a trace; it has no rows without one."""
 
@@ -244,8 +248,8 @@ def buffer_size(model):
 def make_records(model, buffer, scores, integers, rows, weighted):
     """Return a Workspace, a Recorder that writes to `rows`, and one answer (1, n), in three blocks of memory.
 
-    `weighted` is the number of joint weights, n or 0. If `rows` is None, so is the Recorder, and no code that needs
-    one is compiled (see entry.solve_usual). For kernels only.
+    `weighted` is the number of joint weights, n or 0. If `rows` is None, so is the Recorder, the Workspace is a
+    UsualWorkspace, and no code that needs more is compiled (see entry.solve_usual). For kernels only.
     """
     n = int(model[0])
     a = FIXED
@@ -266,10 +270,10 @@ def make_records(model, buffer, scores, integers, rows, weighted):
         branches=shaped(buffer, SQUARES * 36 + 6 * SIXES, (BRANCH_ROWS, 6)),
         scales=shaped(vectors, WORK.scales * n, (weighted,)), scores=scores, clock=shaped(integers, 0, (2,)),
     )  # fmt: skip
-    if rows is None:  # a statement, because Numba does not drop the branches of an `if` expression
-        recorder = None
-    else:
-        recorder = Recorder(
-            rows, shaped(integers, 2, (1,)), U=squares[RECORD.U], W=by_row[RECORD.W], sigma=sixes[RECORD.sigma]
-        )
-    return work, recorder, shaped(buffer, d, (1, n))
+    one = shaped(buffer, d, (1, n))
+    if rows is None:
+        return UsualWorkspace(*work), None, one
+    recorder = Recorder(
+        rows, shaped(integers, 2, (1,)), U=squares[RECORD.U], W=by_row[RECORD.W], sigma=sixes[RECORD.sigma]
+    )
+    return work, recorder, one

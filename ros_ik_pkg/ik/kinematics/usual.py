@@ -1,0 +1,20 @@
+"""The error and the Jacobian in solve_usual, whose tasks are whole poses."""
+
+from __future__ import annotations
+
+from ros_ik_pkg.ik.kernel.compiled import variant_of
+from ros_ik_pkg.ik.kernel.data_layout import UsualWorkspace
+from ros_ik_pkg.ik.kinematics.forward import fill_columns
+from ros_ik_pkg.ik.kinematics.task import look_around, measure, measure_whole
+
+
+@variant_of(measure, UsualWorkspace)
+def measure_pose(task, R, p, work):
+    """Implement `measure` for a whole pose."""
+    return measure_whole(task, R, p, work)
+
+
+@variant_of(look_around, UsualWorkspace)
+def look_around_pose(geometry, task, R, p, work):
+    """Implement `look_around` for a whole pose."""
+    fill_columns(geometry, work.joints.axes, p, work.columns)
