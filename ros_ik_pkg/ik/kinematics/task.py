@@ -86,19 +86,12 @@ def within_tolerances(position_error, orientation_error, tuning):
 def measure(task, R, p, work):
     """Write the error and the weights of its rows at the pose (R, p) to the workspace; return the norms of its two
     halves [m, rad] over the rows of the task, and the norm of the weighted whole."""
-    position_error, orientation_error, norm = measure_whole(task, R, p, work)
-    if task.plain:
-        return position_error, orientation_error, norm
-    return measure_rows(task, work)
-
-
-@inlined
-def measure_whole(task, R, p, work):
-    """Implement `measure` for a task whose rows all have weight 1 and no tolerance."""
     x, y, z, rx, ry, rz = twist_error(task.R, task.p, R, p)
     work.e[0], work.e[1], work.e[2], work.e[3], work.e[4], work.e[5] = x, y, z, rx, ry, rz
-    position, orientation = x * x + y * y + z * z, rx * rx + ry * ry + rz * rz
-    return math.sqrt(position), math.sqrt(orientation), math.sqrt(position + orientation)
+    if task.plain:
+        position, orientation = x * x + y * y + z * z, rx * rx + ry * ry + rz * rz
+        return math.sqrt(position), math.sqrt(orientation), math.sqrt(position + orientation)
+    return measure_rows(task, work)
 
 
 @kernel

@@ -18,9 +18,9 @@ from ros_ik_pkg.ik.kernel.compiled import entry_point, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import (
     TUNABLES,
     Preferences,
-    Solutions,
     buffer_size,
     make_records,
+    make_solutions,
     packed_size,
     tuning_of,
     unpack_model,
@@ -145,10 +145,7 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
     given = len(numbers) - JOINT_WEIGHTS - 1 - len(joint_weights)
     fits = given in (0, n) and len(joint_weights) in (0, n)
     work, recorder, one = make_records(model, buffer, scores, integers, rows, len(joint_weights) if fits else 0)
-    if rows is None:
-        solutions = None
-    else:
-        solutions = Solutions(answers if len(answers) > 0 else one, ranks)
+    solutions = make_solutions(answers, one, ranks, rows)
     for k in range(len(out)):
         began = now(work.clock)
         q, row, T, reference, good = open_row(k, n, targets, seeds, references, out)

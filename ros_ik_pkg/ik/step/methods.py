@@ -42,7 +42,7 @@ def take_step(tuning, error_norm, work):
     if method == DLS:
         damping = tuning.dls_damping
     elif method == ADAPTIVE_DLS:
-        damping = adaptive_damping(tuning, error_norm)
+        damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
     if damping == 0.0 and fewer_joints_than_rows(work):
         found = normal_equations_step(work)
     else:
@@ -51,12 +51,6 @@ def take_step(tuning, error_norm, work):
         work.dq[:] = math.nan
         return math.nan
     return damping
-
-
-@inlined
-def adaptive_damping(tuning, error_norm):
-    """Return the damping of adaptive_dls."""
-    return max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
 
 
 @inlined

@@ -6,13 +6,13 @@ import math
 
 from ros_ik_pkg.ik.kernel.compiled import variant_of
 from ros_ik_pkg.ik.kernel.data_layout import UsualWorkspace
-from ros_ik_pkg.ik.step.methods import adaptive_damping, damped_step, take_step
+from ros_ik_pkg.ik.step.methods import damped_step, take_step
 
 
 @variant_of(take_step, UsualWorkspace)
 def take_usual_step(tuning, error_norm, work):
     """Implement `take_step` for adaptive_dls with some damping."""
-    damping = adaptive_damping(tuning, error_norm)
+    damping = max(tuning.adaptive_dls_damping, tuning.adaptive_dls_gain * error_norm)
     if not damped_step(damping, work):
         work.dq[:] = math.nan
         return math.nan
