@@ -88,11 +88,12 @@ class Compilation:
         self._closed = True
         if self._helper is not None:
             self._helper.terminate()
+            self._helper.wait()
         if self._thread is not None:
             self._thread.join()
 
     def _prepare_first(self) -> None:
-        with _Notice(self._report, '10 s before the first targets are answered, twice as long again for all'):
+        with _Notice(self._report, '10 s before the first targets are answered, 40 s more for all'):
             use_usual(not self.complete)
             compile_kinematics()
             if self.stream_ready:
@@ -103,6 +104,9 @@ class Compilation:
         """Load the rest from the cache, where it is or the helper puts it, and use that from now on."""
         began = time.monotonic()
         try:
+            if not self.complete and self._helped(solve_one.is_cached):
+                use_usual(False, alone=True)
+                self._report(f'all methods are compiled, {time.monotonic() - began:.0f} s after the usual solve')
             if self.complete or self._helped(all_cached):
                 compile_contact()
                 solve_range.prepare()
