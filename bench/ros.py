@@ -45,6 +45,7 @@ SECONDS = 1.0  # of one stretch: short, so that both nodes see the same moods of
 ROUNDS = 10
 STARTS = 3
 PATIENCE = 1.0  # s that the last answer of a stretch may take
+ASK_AGAIN = 0.02  # s from a target to the next while a node does not answer yet
 TIMEOUT = 120.0  # s for a node to answer at all
 LISTENERS: dict[str, tuple[str, ...]] = {
     'none': (),
@@ -87,11 +88,18 @@ class Side:
         return arrived - sent
 
     def wait(self, spin: Callable[[float], None]) -> None:
-        """Wait until a target is answered."""
-        deadline = time.perf_counter() + TIMEOUT
-        while np.isnan(self.stretch(spin, 50.0, 1)[0]):
-            if time.perf_counter() > deadline:
+        """Send a target every ASK_AGAIN until one is answered."""
+        self._stretch += 1
+        self._arrived.clear()
+        pose, asked, began = self._poses[0], (self._stretch, 0), time.perf_counter()
+        pose.header.stamp.sec, pose.header.stamp.nanosec = asked
+        while asked not in self._arrived:
+            now = time.perf_counter()
+            if now > began + TIMEOUT:
                 raise NodeError(f'{self.name} did not answer within {TIMEOUT:g} s')
+            self._targets.publish(pose)
+            while asked not in self._arrived and (left := now + ASK_AGAIN - time.perf_counter()) > 0.0:
+                spin(left)
 
 
 def ros_rows(robot: str) -> Iterator[tuple[str, str, list[list[str]]]]:
