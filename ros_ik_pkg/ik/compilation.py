@@ -49,7 +49,7 @@ def warm_up(report: Report = print) -> float:
     be kept.
     """
     began = time.monotonic()
-    with _Notice(report, 'half a minute'):
+    with _Notice(report, 'a minute'):
         compile_kinematics()
         compile_contact()
         solve_one.prepare()
