@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numerics import get_arm, reachable_poses
 
-from ros_ik_pkg.ik import METHODS, NotCompiledError, SolveOptions, compilation, load_arm, solve
+from ros_ik_pkg.ik import METHODS, NotCompiledError, SolveOptions, Status, compilation, load_arm, solve
 from ros_ik_pkg.ik.kernel import cache_folder
 from ros_ik_pkg.ik.solver import use_usual
 from ros_ik_pkg.methods import DEFAULT
@@ -73,6 +73,19 @@ def test_what_is_not_compiled_yet_is_refused_and_not_waited_for(usual):
     ):  # fmt: skip
         with pytest.raises(NotCompiledError, match='still being compiled'):
             solve(arm, **({'target': target} | change))
+
+
+def test_all_methods_answer_before_what_needs_more_than_one_solution_is_compiled(usual):
+    arm = get_arm('panda')
+    target, beyond = arm.forward(arm.home + 0.1), arm.forward(arm.home)
+    beyond[0, 3] = 10.0
+    use_usual(False, alone=True)
+    for method in METHODS:
+        assert solve(arm, target, options=SolveOptions(method=method, max_iterations=10000)).converged
+    assert solve(arm, beyond).status == Status.UNREACHABLE
+    for change in ({'options': SolveOptions(choice='all')}, {'reference': arm.home}, {'trace': True}):
+        with pytest.raises(NotCompiledError, match='still being compiled'):
+            solve(arm, target, **change)
 
 
 def test_the_usual_solve_of_an_arm_with_shapes_is_clear_of_contact_or_refused(usual):
