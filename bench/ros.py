@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import resource
+import signal
 import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from typing import IO
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -28,17 +30,22 @@ from ros_ik_pkg.tools.processes import ros_node
 from ros_ik_pkg.tools.send_target import pose_message
 
 ROS_HEAD = ['listeners', 'targets a second', 'node', 'p50 us', 'p99 us', 'p50 over echo', 'answered %', 'newest lost']
-START_HEAD = ['node', 'compiled code', 'seconds from start to first answer', 'processor seconds']
+START_HEAD = ['started', 'compiled code', 's to ready', 's to first answer', 'processor s']
 START_TEXT = (
-    'From the start of the process to the answer to a target that is sent every 20 ms; the median of several starts, '
-    'and one start with nothing compiled. The processor seconds are those of the node and of its helper until it stops.'
+    'From the start of the process to its log line `ready`, and to the answer to a target that is sent every 20 ms: '
+    'the median of several starts. Below, one start with nothing compiled, of the node and of `scripts/demo`, which '
+    'starts a node and sends it a target. Processor seconds are those of all processes that were started, until the '
+    "answer. Python's bytecode is kept, as it is by default."
 )
+READY = b'ready: '  # in the log of the node
+SOLVED = b'the first target is solved'  # in the output of the demonstration
 SIDES = ('echo', 'ik')  # namespaces of the two nodes
 RATES = (100, 1000)  # Hz
 SECONDS = 1.0  # of one stretch: short, so that both nodes see the same moods of the machine
 ROUNDS = 10
 STARTS = 3
 PATIENCE = 1.0  # s that the last answer of a stretch may take
+ASK_AGAIN = 0.02  # s from a target to the next while a node does not answer yet
 TIMEOUT = 120.0  # s for a node to answer at all
 LISTENERS: dict[str, tuple[str, ...]] = {
     'none': (),
@@ -81,11 +88,18 @@ class Side:
         return arrived - sent
 
     def wait(self, spin: Callable[[float], None]) -> None:
-        """Wait until a target is answered."""
-        deadline = time.perf_counter() + TIMEOUT
-        while np.isnan(self.stretch(spin, 50.0, 1)[0]):
-            if time.perf_counter() > deadline:
+        """Send a target every ASK_AGAIN until one is answered."""
+        self._stretch += 1
+        self._arrived.clear()
+        pose, asked, began = self._poses[0], (self._stretch, 0), time.perf_counter()
+        pose.header.stamp.sec, pose.header.stamp.nanosec = asked
+        while asked not in self._arrived:
+            now = time.perf_counter()
+            if now > began + TIMEOUT:
                 raise NodeError(f'{self.name} did not answer within {TIMEOUT:g} s')
+            self._targets.publish(pose)
+            while asked not in self._arrived and (left := now + ASK_AGAIN - time.perf_counter()) > 0.0:
+                spin(left)
 
 
 def ros_rows(robot: str) -> Iterator[tuple[str, str, list[list[str]]]]:
@@ -105,7 +119,9 @@ def ros_rows(robot: str) -> Iterator[tuple[str, str, list[list[str]]]]:
         rows = [[side.name, 'kept', *_start_times(side, arm, robot, executor.spin_once, STARTS)] for side in sides]
         with tempfile.TemporaryDirectory() as folder:
             first = _start_times(sides[1], arm, robot, executor.spin_once, 1, NUMBA_CACHE_DIR=folder)
-        yield 'Start over ROS', START_TEXT, [START_HEAD, *rows, [sides[1].name, 'none', *first]]
+        rows.append([sides[1].name, 'none', *first])
+        rows.append(['scripts/demo', 'none', '', *_demo_times(robot)])
+        yield 'Start over ROS', START_TEXT, [START_HEAD, *rows]
 
 
 def poses_of(arm: Arm) -> list[PoseStamped]:
@@ -121,12 +137,13 @@ def command_of(side: str, arm: Arm, robot: str) -> list[str]:
 
 
 def running(
-    command: list[str], namespace: str, **environment: str
+    command: list[str], namespace: str, log: IO[bytes] | None = None, **environment: str
 ) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
-    """Run a node in its own process and namespace."""
-    arguments = [*command, '-r', f'__ns:=/{namespace}', '--log-level', 'warn']
+    """Run a node in its own process and namespace; write all that it logs to `log`, if given."""
+    arguments = [*command, '-r', f'__ns:=/{namespace}', '--log-level', 'info' if log else 'warn']
     path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get('PYTHONPATH')])])
-    return processes.running(*arguments, cwd=ROOT, env={**os.environ, 'PYTHONPATH': path, **environment})
+    usual = {name: value for name, value in os.environ.items() if name != 'PYTHONDONTWRITEBYTECODE'}
+    return processes.running(*arguments, cwd=ROOT, stderr=log, env={**usual, 'PYTHONPATH': path, **environment})
 
 
 def _measure(name: str, sides: list[Side], spin: Callable[[float], None]) -> list[list[str]]:
@@ -157,16 +174,43 @@ def _row(listeners: str, rate: int, side: str, trips: list[np.ndarray], echo: li
 def _start_times(
     side: Side, arm: Arm, robot: str, spin: Callable[[float], None], starts: int, **environment: str
 ) -> list[str]:
-    """Return the median times of several starts [s]: from the start of a process to its first answer, and of processors
-    until it was stopped then."""
-    times, used = [], []
+    """Return the median times of several starts [s]: from the start of a process to its log line READY and to its first
+    answer, and of processors until it was stopped then."""
+    ready, answered, used = [], [], []
     for _ in range(starts):
+        with tempfile.TemporaryFile() as log:
+            began, at, before = time.perf_counter(), time.time(), _children_time()
+            with running(command_of(side.name, arm, robot), side.name, log, **environment):
+                side.wait(spin)
+                answered.append(time.perf_counter() - began)
+            used.append(_children_time() - before)
+            log.seek(0)
+            ready += [stamp_of(line) - at for line in log if READY in line]
+    return [f'{np.median(times):.2f}' if times else '' for times in (ready, answered, used)]
+
+
+def stamp_of(line: bytes) -> float:
+    """Return the time [s] of a line of a ROS log, such as `[INFO] [1764150000.123456789] [ik_node]: ready`."""
+    return float(line.split(b'[')[2].split(b']')[0])
+
+
+def _demo_times(robot: str) -> list[str]:
+    """Return the times [s] from the start of scripts/demo with nothing compiled to its first solved target, and of
+    processors until it was stopped then."""
+    with tempfile.TemporaryDirectory() as folder:
         began, before = time.perf_counter(), _children_time()
-        with running(command_of(side.name, arm, robot), side.name, **environment):
-            side.wait(spin)
-            times.append(time.perf_counter() - began)
-        used.append(_children_time() - before)
-    return [f'{np.median(times):.2f}', f'{np.median(used):.2f}']
+        demo = subprocess.Popen(
+            [ROOT / 'scripts' / 'demo', '--robot', robot], stdout=subprocess.PIPE, start_new_session=True,
+            env={**os.environ, 'NUMBA_CACHE_DIR': folder, 'PYTHONUNBUFFERED': '1'},
+        )  # fmt: skip
+        with demo:
+            solved = any(SOLVED in line for line in demo.stdout)
+            took = time.perf_counter() - began
+            demo.send_signal(signal.SIGINT)
+        used = _children_time() - before
+    if not solved:
+        raise NodeError(f'scripts/demo ended with exit code {demo.returncode} before a target was solved')
+    return [f'{took:.2f}', f'{used:.2f}']
 
 
 def _children_time() -> float:

@@ -49,8 +49,9 @@ def warm_up(report: Report = print) -> float:
     be kept.
     """
     began = time.monotonic()
-    with _Notice(report, 'half a minute'):
-        compile_small()
+    with _Notice(report, 'a minute'):
+        compile_kinematics()
+        compile_contact()
         solve_one.prepare()
         solve_range.prepare()
         solve_in_order.prepare()
@@ -65,23 +66,20 @@ class Compilation:
     """
 
     def __init__(self, report: Report) -> None:
-        """Compile what most targets need, and begin with the rest; return at once if all is in the cache."""
+        """Compile, or load, what most targets need, and begin with the rest."""
         self._report = report
         self._helper: subprocess.Popen[bytes] | None = None
         self._thread: threading.Thread | None = None
         self._closed = False
         self.complete, self.stream_ready = all_cached(), stream_cached()
-        if self.complete:
-            warm_up(report)
-        if self.stream_ready:
-            compile_stream()
-        if self.complete and self.stream_ready:
-            return
-        if CACHE_FOLDER is not None and is_writable(CACHE_FOLDER):
+        if not (self.complete and self.stream_ready) and CACHE_FOLDER is not None and is_writable(CACHE_FOLDER):
             # In a session of its own: Ctrl-C is for the node, which ends its helper.
             self._helper = subprocess.Popen([sys.executable, '-c', HELPER], start_new_session=True)
-        if not self.complete:
-            self._compile_usual()
+        try:
+            self._prepare_first()
+        except BaseException:
+            self.close()
+            raise
         self._thread = threading.Thread(target=self._finish, name='compilation')
         self._thread.start()
 
@@ -90,26 +88,30 @@ class Compilation:
         self._closed = True
         if self._helper is not None:
             self._helper.terminate()
+            self._helper.wait()
         if self._thread is not None:
             self._thread.join()
 
-    def _compile_usual(self) -> None:
-        try:
-            with _Notice(self._report, '10 s before the first targets are answered, as long again for all'):
-                use_usual(True)
-                compile_small()
-        except BaseException:
-            self.close()
-            raise
+    def _prepare_first(self) -> None:
+        with _Notice(self._report, '10 s before the first targets are answered, 40 s more for all'):
+            use_usual(not self.complete)
+            compile_kinematics()
+            if self.stream_ready:
+                compile_stream()
         _report_oddities(self._report)
 
     def _finish(self) -> None:
-        """Wait for the helper, load what it compiled from the cache, and use that from now on."""
+        """Load the rest from the cache, where it is or the helper puts it, and use that from now on."""
         began = time.monotonic()
         try:
-            if not self.complete and self._helped(all_cached):
+            if not self.complete and self._helped(solve_one.is_cached):
+                use_usual(False, alone=True)
+                self._report(f'all methods are compiled, {time.monotonic() - began:.0f} s after the usual solve')
+            if self.complete or self._helped(all_cached):
+                compile_contact()
                 solve_range.prepare()
                 solve_in_order.prepare()
+            if not (self.complete or self._closed):
                 use_usual(False)
                 self.complete = True
                 self._report(f'all of the solver is compiled, {time.monotonic() - began:.0f} s after the usual solve')
@@ -142,12 +144,16 @@ def compile_stream() -> None:
         function.prepare()
 
 
-def compile_small() -> None:
-    """Compile, or load, what is not the search itself."""
+def compile_kinematics() -> None:
+    """Compile, or load, what an arm and the check of its solutions need besides the search."""
     arm = load_arm('planar3r')
     arm.forward(arm.home)
-    arm.jacobian(arm.home)
     passes(arm.packed, DEFAULT_OPTIONS.numbers, pose_matrix(*IDENTITY), arm.home)
+    arm.jacobian(arm.home)
+
+
+def compile_contact() -> None:
+    """Compile, or load, what an arm with shapes needs besides the search."""
     shaped = load_arm(TWO_CYLINDERS)
     shaped.contacts.room(World(floor=-9.0)).least_clearance(shaped.home)
 
@@ -205,7 +211,8 @@ def main(arguments: list[str] | None = None) -> int:
     with (CACHE_FOLDER / 'lock').open('w') as lock:  # the second of two processes loads what the first compiled
         fcntl.flock(lock, fcntl.LOCK_EX)
         if given.low_priority:
-            compile_small()  # the node needs it too, and compiles only the usual solve itself
+            compile_kinematics()  # the node needs both too, and compiles only the usual solve itself
+            compile_contact()
             os.nice(LOW_PRIORITY)
         began = time.monotonic()
         warm_up(say)

@@ -20,13 +20,12 @@ from ros_ik_pkg.ik.search.entry import (
     COMPLETENESS,
     FOUND,
     NOT_AN_ARGUMENT,
-    NOT_COMPILED,
     STATUS,
     solve_one,
     solve_range,
     solve_usual,
 )
-from ros_ik_pkg.ik.search.search import COLLISION
+from ros_ik_pkg.ik.search.search import COLLISION, NOT_COMPILED
 from ros_ik_pkg.ik.solution import FIGURES, NOT_KNOWN, Solution, Status, Trace
 from ros_ik_pkg.ik.touching import take_best
 from ros_ik_pkg.ik.world import World
@@ -39,11 +38,12 @@ POSE = (4, 4)
 NOTHING = np.empty((0, 0))
 WIDTH = len(FIGURES)
 STILL_COMPILING = (
-    'the solver is still being compiled: so far without null_space, max_joint_jump, velocity_limiting, rows that are '
-    'only wished for and a search for solutions clear of contact'
+    'the solver is still being compiled: so far it finds one solution for a whole pose, at first by adaptive_dls alone '
+    'and neither clear of contact nor nearest to what is out of reach'
 )
 
 one_target: Callable[..., bool] | None = None  # what `solve` calls; set when it is first needed
+all_compiled = True  # whether more than `one_target` may be called; else it is still being compiled
 
 
 class Transform(Protocol):
@@ -127,12 +127,15 @@ def solve(
     return Solution(row, None, None, room)
 
 
-def use_usual(usual: bool) -> Callable[..., bool]:
-    """Let `solve` call `solve_usual`, or else `solve_one`, compiled by now; return what it calls."""
-    global one_target
+def use_usual(usual: bool, alone: bool | None = None) -> Callable[..., bool]:
+    """Let `solve` call `solve_usual`, or else `solve_one`, compiled by now; return what it calls.
+
+    If that is `alone`, by default for `solve_usual`, what needs more is refused.
+    """
+    global one_target, all_compiled
     entry = solve_usual if usual else solve_one
     entry.prepare()
-    one_target = entry.compiled
+    one_target, all_compiled = entry.compiled, not (usual if alone is None else alone)
     return one_target
 
 
@@ -147,7 +150,7 @@ def solve_at_length(
     room: Room | None,
 ) -> Solution:
     """Solve if more is wanted than one solution from one seed, or if the solutions that were found may touch."""
-    if one_target is solve_usual.compiled:
+    if not all_compiled:
         raise NotCompiledError(STILL_COMPILING)
     n = arm.n
     target, seed = as_array(target, 'target', POSE), as_array(seed, 'seed', (n,))

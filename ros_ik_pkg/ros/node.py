@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 import traceback
 from functools import partial
@@ -67,12 +68,15 @@ class IkNode(Node):
         self._tips = TipTargets(self, self._handler, self._robot_source, self._answer)
         self._said = ''  # the last about a robot that is missing or ignored
         self._tools = Tools(self, lambda: self._handler.arm)
-        parameters = Parameters(self, self._arm_for, self._take_over)
         if CACHE_FOLDER is None:
             self.get_logger().warning('compiled code stays in memory, every start compiles: nothing can be written to '
                                       'NUMBA_CACHE_DIR, XDG_CACHE_HOME or ~/.cache')  # fmt: skip
+        # Before the arm is loaded, which needs compiled code that a helper compiles meanwhile
         self._compilation = Compilation(report=self.get_logger().info)
-        _complete(self._handler.arm)
+        with contextlib.ExitStack() as if_wrong:
+            if_wrong.callback(self._compilation.close)
+            parameters = Parameters(self, self._arm_for, self._take_over)
+            if_wrong.pop_all()
         self._outputs = Publishers(self)
         self._comparison = Comparison(self, self._outputs.trace)
         self._paths = Paths(self, self._handler)

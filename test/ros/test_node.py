@@ -437,6 +437,28 @@ def test_a_start_with_wrong_parameters_ends_with_a_reason(arguments, code, words
     assert 'Traceback' not in ended.stderr
 
 
+ENDLESS = """
+import rclpy
+from ros_ik_pkg.ik import ModelError
+from ros_ik_pkg.ros import node
+class Endless:
+    def __init__(self, report): print('began')
+    def close(self): print('ended')
+node.Compilation = Endless
+rclpy.init(args=['--ros-args', '-p', 'robot:=no_such_arm'])
+try:
+    node.IkNode()
+except ModelError:
+    print('refused')
+"""
+
+
+def test_a_start_with_wrong_parameters_ends_what_still_compiles():
+    command = [sys.executable, '-c', ENDLESS]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=START_TIMEOUT)
+    assert ended.stdout.split() == ['began', 'ended', 'refused'], ended.stderr
+
+
 def test_the_shipped_parameters_file_starts_the_node_and_a_slip_in_a_name_is_told(tmp_path):
     log = tmp_path / 'log'
     file = str(ROOT / 'config' / 'ik_node.yaml')

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from numba.types import none
 
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
 from ros_ik_pkg.ik.kernel.garbage import collect_less
@@ -76,8 +77,8 @@ def inlined(function: Function) -> Function:
     return _part(function, forceinline=True)
 
 
-def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
-    """Return a decorator: its function replaces `part` in calls that pass a `record` (a named tuple).
+def variant_of(part: Any, record: type | None) -> Callable[[Function], Function]:
+    """Return a decorator: its function replaces `part` in calls that pass a `record` (a named tuple), or None.
 
     The choice is made from the types when the caller is compiled, so other calls of `part` are not affected.
     """
@@ -86,8 +87,11 @@ def variant_of(part: Any, record: type) -> Callable[[Function], Function]:
         variant: Any = _part(function, part.targetoptions['forceinline'])
         usual = part.compile
 
+        def counts(kind: Any) -> bool:
+            return kind == none if record is None else getattr(kind, 'instance_class', None) is record
+
         def choose(types: Any) -> Any:
-            if not any(getattr(kind, 'instance_class', None) is record for kind in types):
+            if not any(map(counts, types)):
                 return usual(types)
             entry = variant.compile(types)
             part.overloads[types] = variant.overloads[types]

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from ros_ik_pkg.ik.kernel.compiled import inlined
+from ros_ik_pkg.ik.kernel.compiled import inlined, variant_of
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kernel.sincos import BLOCK
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS
@@ -156,6 +156,10 @@ class Workspace(NamedTuple):
     clock: np.ndarray  # (2,) seconds and nanoseconds
 
 
+# The workspace of solve_usual, which has variants of some functions
+UsualWorkspace: Any = namedtuple('UsualWorkspace', Workspace._fields)  # type: ignore[misc]
+
+
 class Recorder(NamedTuple):
     """Receives the iterates of a trace; it has no rows without one."""
 
@@ -244,9 +248,18 @@ def buffer_size(model):
 def make_records(model, buffer, scores, integers, rows, weighted):
     """Return a Workspace, a Recorder that writes to `rows`, and one answer (1, n), in three blocks of memory.
 
-    `weighted` is the number of joint weights, n or 0. If `rows` is None, so is the Recorder, and no code that needs
-    one is compiled (see entry.solve_usual). For kernels only.
+    `weighted` is the number of joint weights, n or 0. For kernels only.
     """
+    work, squares, sixes, by_row, one = make_workspace(model, buffer, scores, integers, weighted)
+    recorder = Recorder(
+        rows, shaped(integers, 2, (1,)), U=squares[RECORD.U], W=by_row[RECORD.W], sigma=sixes[RECORD.sigma]
+    )
+    return work, recorder, one
+
+
+@inlined
+def make_workspace(model, buffer, scores, integers, weighted):
+    """Return a Workspace, the blocks of memory of its squares, sixes and rows, and one answer (1, n)."""
     n = int(model[0])
     a = FIXED
     b = a + BY_COLUMN * 6 * n
@@ -266,10 +279,23 @@ def make_records(model, buffer, scores, integers, rows, weighted):
         branches=shaped(buffer, SQUARES * 36 + 6 * SIXES, (BRANCH_ROWS, 6)),
         scales=shaped(vectors, WORK.scales * n, (weighted,)), scores=scores, clock=shaped(integers, 0, (2,)),
     )  # fmt: skip
-    if rows is None:  # a statement, because Numba does not drop the branches of an `if` expression
-        recorder = None
-    else:
-        recorder = Recorder(
-            rows, shaped(integers, 2, (1,)), U=squares[RECORD.U], W=by_row[RECORD.W], sigma=sixes[RECORD.sigma]
-        )
-    return work, recorder, shaped(buffer, d, (1, n))
+    return work, squares, sixes, by_row, shaped(buffer, d, (1, n))
+
+
+@variant_of(make_records, None)
+def make_usual_records(model, buffer, scores, integers, rows, weighted):
+    """Return a UsualWorkspace, None and one answer (1, n): without `rows` no code that needs more is compiled."""
+    work, _, _, _, one = make_workspace(model, buffer, scores, integers, weighted)
+    return UsualWorkspace(*work), None, one
+
+
+@inlined
+def make_solutions(answers, one, ranks, rows):
+    """Return Solutions with rows for the answers, or for one."""
+    return Solutions(answers if len(answers) > 0 else one, ranks)
+
+
+@variant_of(make_solutions, None)
+def make_no_solutions(answers, one, ranks, rows):
+    """Return None, in solve_usual."""
+    return None

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import types
 
+import ros_ik_pkg.ik.kinematics.usual
+import ros_ik_pkg.ik.step.usual  # noqa: F401 the variants for solve_usual are known once these are imported
 from ros_ik_pkg.ik.collision.obstruction import make_obstruction, obstruction_size
 from ros_ik_pkg.ik.descent.descent import CONVERGED
 from ros_ik_pkg.ik.descent.objectives import NONE
@@ -16,9 +18,9 @@ from ros_ik_pkg.ik.kernel.compiled import entry_point, inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import (
     TUNABLES,
     Preferences,
-    Solutions,
     buffer_size,
     make_records,
+    make_solutions,
     packed_size,
     tuning_of,
     unpack_model,
@@ -26,15 +28,15 @@ from ros_ik_pkg.ik.kernel.data_layout import (
 from ros_ik_pkg.ik.kernel.linalg import ROWS, assign, fill
 from ros_ik_pkg.ik.kernel.numba_insides import on_stack, shaped, small_loops
 from ros_ik_pkg.ik.kinematics.task import look, make_task
-from ros_ik_pkg.ik.search.search import search
+from ros_ik_pkg.ik.search.search import FIRST, NOT_COMPILED, search
 from ros_ik_pkg.ik.search.solutions import forget_touching
 from ros_ik_pkg.ik.solution import FIGURES
 from ros_ik_pkg.ik.step.limits import bring_inside, limits_mask
+from ros_ik_pkg.ik.step.methods import ADAPTIVE_DLS
 from ros_ik_pkg.ik.step.weights import scale_joints
 
 # Status of a row with an invalid target, seed or reference, or with lists per joint of the wrong length
 NOT_AN_ARGUMENT = -1.0
-NOT_COMPILED = -2.0  # status of a row that needs what solve_usual leaves out
 # Offsets of the lists in the numbers of SolveOptions: two lists of six, then the joint weights, preceded by their
 # count, and the posture. The last two may be empty.
 WEIGHTS = TUNABLES
@@ -66,10 +68,10 @@ ONE_TARGET = (
 
 @entry_point(types.bool_, ONE_TARGET)
 def solve_usual(model, numbers, target, seed, row):
-    """Solve as `solve_one` does, without objectives for the null space and without contact.
+    """Solve as `solve_one` does, if `is_usual` holds and a descent by the default method leads to a solution; else the
+    status is NOT_COMPILED.
 
-    It compiles in two thirds of the time, so a node uses it until `solve_one` is compiled. The status is NOT_COMPILED
-    if the options ask for an objective or if a scene follows the model; sigma_min of a failure is NaN.
+    It compiles in half of the time, so a node uses it until `solve_one` is compiled.
     """
     return _solve_one(model, numbers, target, seed, row, None)
 
@@ -143,14 +145,11 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
     given = len(numbers) - JOINT_WEIGHTS - 1 - len(joint_weights)
     fits = given in (0, n) and len(joint_weights) in (0, n)
     work, recorder, one = make_records(model, buffer, scores, integers, rows, len(joint_weights) if fits else 0)
-    kept = answers if len(answers) > 0 else one
+    solutions = make_solutions(answers, one, ranks, rows)
     for k in range(len(out)):
         began = now(work.clock)
         q, row, T, reference, good = open_row(k, n, targets, seeds, references, out)
         if not (fits and good):
-            continue
-        if rows is None and (int(tuning.null_space) != NONE or len(model) > packed_size(model)):
-            row[STATUS] = NOT_COMPILED
             continue
         assign(work.q, q)
         row[SEED_CLIPPED] = tuning.respect_limits > 0.0 and bring_inside(geometry, work.q)
@@ -158,10 +157,13 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
         forget_touching(obstruction)
         scale_joints(joint_weights, work.scales)
         task = make_task(T, weights, tolerances, tuning.task_frame)
+        if rows is None and not is_usual(model, tuning, task):
+            row[STATUS] = NOT_COMPILED
+            continue
         assign(work.weights, weights)
         preferences = Preferences(reference, joint_weights, posture if given > 0 else reference, obstruction)
         status, steps, attempts, found, position_error, orientation_error, known = search(
-            geometry, starts, reach, task, tuning, preferences, began, Solutions(kept, ranks), work, recorder
+            geometry, starts, reach, task, tuning, preferences, began, solutions, work, recorder
         )
         assign(q, work.q)
         row[STATUS], row[FOUND], row[STEPS], row[ATTEMPTS] = status, found, steps, attempts
@@ -172,6 +174,15 @@ def solve_rows(model, numbers, targets, seeds, references, out, answers, touchin
             row[SIGMA_MIN] = sigma_min(geometry, task, work, recorder)
         row[TIME] = now(work.clock) - began
     return integers[2]
+
+
+@kernel
+def is_usual(model, tuning, task):
+    """Return whether the first solution by the default method is wanted, for all six rows, without more wishes."""
+    by_default = int(tuning.method) == ADAPTIVE_DLS and tuning.adaptive_dls_damping > 0.0
+    first = int(tuning.choice) == FIRST and tuning.max_joint_jump <= 0.0
+    alone = int(tuning.null_space) == NONE and len(model) == packed_size(model)
+    return by_default and first and alone and task.plain > 0.0
 
 
 @inlined

@@ -48,6 +48,7 @@ from ros_ik_pkg.methods import HURRIED_STRIDE
 
 UNREACHABLE = int(Status.UNREACHABLE)
 JOINT_JUMP = int(Status.JOINT_JUMP)
+NOT_COMPILED = -2  # status of a target that needs what solve_usual leaves out
 COLLISION = int(Status.COLLISION)
 FIRST, NEAREST, ALL = range(3)
 BY_METHOD, TO_TOLERANCE, FROM_SEED = range(3)  # kinds of attempts
@@ -109,7 +110,8 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
 
     Returns (status, steps, attempts, number of accepted solutions, position error [m], orientation error [rad], what
     is known of other solutions). `solutions` receives the nearest distinct solutions, `preferences.obstruction` those
-    that touch something.
+    that touch something. If `solutions` is None, the status is NOT_COMPILED unless a descent by the method leads to an
+    accepted solution, and no other code is compiled.
     """
     plan = make_plan(geometry, reach, task, tuning, began)
     scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
@@ -142,7 +144,7 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
                 nearest_of_starts, status = nearest_start(work.scores), STALLED
                 if norm < distance_of(starts, nearest_of_starts, task):
                     continue  # the descent from the seed goes on
-        else:
+        elif solutions is not None:
             slack = 1.0 if kind == TO_TOLERANCE else 0.0
             taken, status, position_error, orientation_error, nearest = approach_within(
                 geometry, task, tuning, slack, plan, attempts, work, recorder
@@ -155,14 +157,17 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             if moved:
                 position_error, orientation_error, _, _, _ = look_at_error(geometry, task, work)
             verdict = judge(tuning, preferences, position_error, orientation_error, work.q)
-            if verdict == TOUCHING and plan.near_seed and certainty != COMPLETE:
+            if solutions is not None and verdict == TOUCHING and plan.near_seed and certainty != COMPLETE:
                 more, verdict, position_error, orientation_error = get_clear(
                     geometry, task, tuning, preferences, plan, attempts - 1, taken, work, recorder
                 )
                 steps += more
             if verdict == ACCEPTED and int(tuning.choice) == FIRST:
-                assign(solutions.rows[0], work.q)
+                if solutions is not None:
+                    assign(solutions.rows[0], work.q)
                 return CONVERGED, steps, attempts, 1, position_error, orientation_error, NOT_KNOWN
+            if solutions is None:
+                break
             if verdict == BEYOND_TOLERANCE:  # by the rounding of whole turns
                 best_norm, status_of_best = 0.0, STALLED
                 assign(work.best, work.q)
@@ -198,6 +203,8 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
         # Choose where the next attempt begins
         if attempts == 1 and status == MAX_ITERATIONS:  # it was on its way to a solution near the seed
             near_seed = True
+        if solutions is None and (to_tolerance or near_seed):
+            break
         if to_tolerance:
             kind, eased = TO_TOLERANCE, eased or nearest <= plan.close
             assign(work.q, work.near)
@@ -218,6 +225,8 @@ def search(geometry, starts, reach, task, tuning, preferences, began, solutions,
             if tuning.respect_limits > 0.0:  # starts are kept in single precision
                 clip(geometry, work.q)
         taken = 0
+    if solutions is None:
+        return NOT_COMPILED, steps, attempts, 0, math.inf, math.inf, NOT_KNOWN
     if found == 0 and touching == 0 and int(tuning.max_attempts) != 1:
         assign(work.q, work.best)
         if not late and (plan.finish_by_lm or plan.budget < 1.0):

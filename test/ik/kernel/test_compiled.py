@@ -249,13 +249,18 @@ def doubled_and_two_more(record):
     return doubled(Usual(record.value)) + 2.0
 
 
-def test_a_variant_is_compiled_for_its_record_alone_and_callers_share_one_source():
+@variant_of(doubled, None)
+def doubled_nothing(record):
+    return -1.0
+
+
+def test_a_variant_is_compiled_for_its_record_or_none_alone_and_callers_share_one_source():
     @kernel
     def caller(record):
         return doubled(record)
 
     @numba.njit
-    def both(value):
-        return caller(Usual(value)), caller(Other(value))
+    def each(value):
+        return caller(Usual(value)), caller(Other(value)), caller(None)
 
-    assert both(3.0) == (6.0, 8.0)
+    assert each(3.0) == (6.0, 8.0, -1.0)
