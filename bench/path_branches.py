@@ -19,7 +19,10 @@ EXACT = 1e-6  # largest component of the difference of two poses
 
 
 def main() -> None:
-    """Read a model (.json) and poses (.npy) (N, 4, 4); write branches (N, MOST, n), counts (N,) and seconds (.npz)."""
+    """Read a model (.json) and poses (.npy) (N, 4, 4); write branches (N, MOST, n), counts (N,) and seconds (.npz).
+
+    Nothing leads past a pose without solutions, so the poses after one are left out.
+    """
     library, model_file, source, target = sys.argv[1:]
     model = Model(**json.loads(Path(model_file).read_text()))
     try:
@@ -32,7 +35,9 @@ def main() -> None:
     began = time.perf_counter()
     for k, pose in enumerate(poses):
         found = solutions(pose)[:MOST]
-        branches[k, : len(found)], counts[k] = found or 0.0, len(found)
+        if not found:
+            break
+        branches[k, : len(found)], counts[k] = found, len(found)
     np.savez(target, branches=branches, counts=counts, seconds=time.perf_counter() - began)
 
 

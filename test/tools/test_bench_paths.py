@@ -29,14 +29,15 @@ def found():
     arm = load_arm(urdf, tip=tip, srdf=srdf)
     start, end = arm.forward(START), arm.forward(START)
     end[1, 3] += 0.2
-    motion = solve_path(arm, [start, end], START, SolveOptions(avoid_collisions=False), PATH)
+    line = np.array([start, end])
+    motion = solve_path(arm, line, START, SolveOptions(avoid_collisions=False), PATH)
 
-    def fault(motion, path=PATH, arm=arm, obstacles=(), poses=np.array([start, end]), vias=()):
+    def fault(motion, path=PATH, arm=arm, obstacles=(), poses=None, vias=()):
         world = World(obstacles=obstacles)
         room = arm.contacts.room(world)
         contact = UrdfJudge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
         add_room(contact, arm, room, world)
-        return violation(arm, Judge(arm), contact, motion, path, poses, vias)
+        return violation(arm, Judge(arm), contact, motion, path, line if poses is None else poses, vias)
 
     return arm, motion, fault
 
