@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
 from nav_msgs.msg import Path
@@ -153,6 +156,35 @@ def test_poses_may_be_in_different_frames(client):
     np.testing.assert_allclose(pinocchio_tip(ARM, points_of(reply.trajectory)[0][-1]), poses[1], atol=1e-6)
 
 
+def send_file(tmp_path, rows):
+    """What scripts/send_path prints for a file, and its exit code."""
+    file = tmp_path / 'path.csv'
+    file.write_text('x,y,z,qx,qy,qz,qw,via\n' + '\n'.join(rows))
+    command = [sys.executable, '-m', 'ros_ik_pkg.tools.send_path', str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT)
+    return done.stdout + done.stderr, done.returncode
+
+
+def test_a_file_sends_arcs_as_short_lines(client, tmp_path):
+    home = ARM.forward(START)
+    (x, y, z), turn = home[:3, 3], pin.Quaternion(home[:3, :3]).coeffs()
+    turned = ','.join(map(str, turn))
+    rows = [f'{x},{y + 0.05 * k},{z + 0.05 * (k == 1)},{turned},{int(k == 1)}' for k in range(3)]
+    motions = []
+    client._subscribe(topics.PATH_SOLUTION, motions.append)
+    printed, code = send_file(tmp_path, rows)
+    assert code == 0 and 'reached_row: 2 (arcs' in printed, printed
+    client.wait_for(lambda: motions, 'the motion')
+    tips = np.array([pinocchio_tip(ARM, q)[:3, 3] for q in points_of(motions[-1])[0]])
+    np.testing.assert_allclose(np.linalg.norm(tips - (x, y + 0.05, z), axis=1), 0.05, atol=1e-4)
+    assert tips[:, 2].max() > z + 0.049
+    printed, code = send_file(tmp_path, [*rows, f'{x},{y + 9.0},{z},{turned},0'])
+    reached = float(printed.split('reached_row: ')[1].split()[0])
+    assert code == 2 and 2.0 < reached < 3.0
+    printed, code = send_file(tmp_path, rows[:2])
+    assert code == 1 and 'via' in printed
+
+
 def test_a_path_that_breaks_is_partial_and_nothing_is_published(client):
     count = len(client.path_results)
     reply = client.solve_path(path_of([*line(0.1), ARM.forward(START) + 5.0 * np.eye(4, k=3)]), TIMEOUT)
@@ -200,7 +232,7 @@ def test_a_new_path_replaces_the_one_that_is_being_solved(client):
         assert reply.solved, reply.message
         assert len(reply.trajectory.points) < 100
         statuses = [values(message.status[0])['status'] for message in client.path_results[count:]]
-    assert statuses == ['superseded', 'solved']
+    assert statuses[-1] == 'solved' and set(statuses[:-1]) == {'superseded'}
 
 
 def test_targets_are_answered_while_a_path_is_solved(client):

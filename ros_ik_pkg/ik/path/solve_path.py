@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -20,7 +21,7 @@ from ros_ik_pkg.ik.path.motion import make_motion
 from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.path_solution import PathSolution
 from ros_ik_pkg.ik.path.problem import Clear, Problem
-from ros_ik_pkg.ik.path.waypoints import Samples, read_poses, read_stamps, sample_path
+from ros_ik_pkg.ik.path.waypoints import SAG, Samples, read_poses, read_stamps, sample_path
 from ros_ik_pkg.ik.world import World
 
 
@@ -129,6 +130,8 @@ def _make_problem(
     given = read_poses(poses)
     times = None if stamps is None else read_stamps(stamps, len(given))
     samples = sample_path(given, vias, path.step, path.angle_step, path.tolerance, times is not None)
+    if len(vias):
+        path = replace(path, tolerance=(1.0 - SAG) * path.tolerance)
     stop_time = began + path.deadline if path.deadline > 0.0 else math.inf
     return Problem(
         arm, samples, _read_seed(arm, seed), options, path, _least_durations(samples, path, times), clear, stop_time,
