@@ -15,11 +15,11 @@ from bench.path_judge import closed_form_branches, judge_path
 from bench.paths import AS_GIVEN, SEED, random_path
 from bench.peers import make_environment
 from bench.process import WorkerError, WorkerProcess
-from ros_ik_pkg.ik import Arm, PathOptions, load_arm, solve_path
+from ros_ik_pkg.ik import Arm, PathOptions, SolveOptions, load_arm, solve_path
 
 PEERS_HEAD = ('arm', 'solver', 'paths', 'poses missed', 'reconfigurations', 'largest step [rad]', 'per path [ms]')
 FOLLOWERS = {'ours': {'choice': 'nearest'}, 'rtb': {}, 'trac_ik': {}, 'ssik': {}}
-CHOSEN = {'ours': 'dls'}  # of several settings of a library; else the first one
+CHOSEN = {'ours': SolveOptions().method}  # of several settings of a library; else the first one
 JUMP = 0.3  # rad between two poses: another branch
 OPTIONS = PathOptions(max_reconfigurations=100, **AS_GIVEN)
 
@@ -53,7 +53,7 @@ def peer_rows(robots: tuple[str, ...], count: int, poses: int = 500) -> tuple[li
                     continue
                 title = 'solve, nearest' if library == 'ours' else solver
                 rows.append(row_of(name, title, [row[:, : arm.n] for row in found],
-                                   [row[:, arm.n].sum() for row in found]))  # fmt: skip
+                                   [len(row) * np.median(row[:, arm.n]) for row in found]))  # fmt: skip
         rows.append(dynamic_programming_row(name, arm, python, paths))
     return rows, notes
 
