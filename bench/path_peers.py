@@ -34,7 +34,7 @@ def peer_rows(robots: tuple[str, ...], count: int, poses: int = 500) -> tuple[li
         ours, seconds = [], []
         for path in tqdm(paths, desc=f'{name} solve_path', leave=False):
             began = time.thread_time()
-            ours.append(solve_path(arm, path, path=OPTIONS))
+            ours.append(solve_path(arm, path, arm.home, path=OPTIONS))
             seconds.append(time.thread_time() - began)
         jumps = sum(len(solution.reconfigurations) for solution in ours)
         rows.append(row_of(name, 'solve_path', [solution.q for solution in ours], seconds, jumps))
@@ -46,8 +46,7 @@ def peer_rows(robots: tuple[str, ...], count: int, poses: int = 500) -> tuple[li
                         WorkerProcess(library) if library == 'ours' else WorkerProcess(library, python)))  # fmt: skip
                     solvers = process.load(model, options)[0]
                     solver = CHOSEN.get(library, solvers[0])
-                    found = [process.solve(solver, path, np.tile(solution.q[0], (poses, 1)), True)[0]
-                             for path, solution in zip(paths, ours)]  # fmt: skip
+                    found = [process.solve(solver, path, np.tile(arm.home, (poses, 1)), True)[0] for path in paths]
                 except WorkerError as error:
                     notes.append(f'{name}, {library}: {error}')
                     continue
