@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from itertools import repeat
 from multiprocessing import get_context
 
@@ -33,53 +34,71 @@ SEED = 15
 RAMP = 0.5  # s, the default acceleration; see docs/paths.md
 
 
+@dataclass(frozen=True)
+class Case:
+    """What was seen of the random paths of one arm in one room, and what is wrong with their motions."""
+
+    arm: str
+    room: str
+    seen: Counter[str]
+    faults: list[str]
+
+
 def check_rows(count: int) -> tuple[list[tuple[str, ...]], int]:
-    """Return a row for each arm and room, and how many of `count` paths in all violate something; on two cores."""
+    """Return a row for each arm and room, and how many of `count` paths in all violate something."""
+    cases = check_cases(count, SEED)
+    for case in cases:
+        for fault in case.faults:
+            print(fault)
+    rows = [(case.arm, case.room, *(str(case.seen[head]) for head in CHECK_HEAD[2:-1]), str(len(case.faults)))
+            for case in cases]  # fmt: skip
+    return rows, sum(len(case.faults) for case in cases)
+
+
+def check_cases(count: int, seed: int) -> list[Case]:
+    """Judge `count` random paths, as many for each arm and room, on two cores."""
     cases = [(k, i) for k in range(len(ROBOTS)) for i in range(len(WORLDS))]
     each = -(-count // len(cases))
     with ProcessPoolExecutor(PROCESSES, get_context('spawn')) as pool:
-        found = list(tqdm(pool.map(check_case, cases, repeat(each)), total=len(cases), leave=False))
-    for *_, faults in found:
-        for fault in faults:
-            print(fault)
-    rows = [(name, title, str(each), *(str(seen[head]) for head in CHECK_HEAD[3:])) for name, title, seen, _ in found]
-    return rows, sum(seen['violations'] for _, _, seen, _ in found)
+        found = pool.map(check_case, cases, repeat(each), repeat(seed))
+        return list(tqdm(found, desc='paths', total=len(cases), leave=False))
 
 
-def check_case(case: tuple[int, int], count: int) -> tuple[str, str, Counter[str], list[str]]:
-    """Return the names of the arm and the room of a case, what was seen of `count` random paths, and the faults."""
+def check_case(case: tuple[int, int], count: int, seed: int) -> Case:
+    """Judge `count` random paths of one arm in one room."""
     k, i = case
     (name, (urdf, srdf, tip)), (title, world) = list(ROBOTS.items())[k], list(WORLDS.items())[i]
     arm = load_arm(urdf, tip=tip, srdf=srdf)
     room = arm.contacts.room(world)
     contact = UrdfJudge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
     add_room(contact, arm, room, world)
-    judge, random, faults = Judge(arm), np.random.default_rng([SEED, k, i]), []
+    judge, random, faults = Judge(arm), np.random.default_rng([seed, k, i]), []
     seen: Counter[str] = Counter()
     for number in range(count):
         path = random_options(arm, random)
         poses = random_path(arm, random, int(random.integers(2, 12)))
         vias = range(1, len(poses) - 1, 2) if random.random() < 0.3 and not straight(poses) else ()
-        seed = random.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
+        start = random.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
         motion = solve_path(
-            arm, poses, seed if path.lead_in or random.random() < 0.5 else None, path=path, vias=vias, world=world
+            arm, poses, start if path.lead_in or random.random() < 0.5 else None, path=path, vias=vias, world=world
         )
-        rows_of_it = len(motion.q)
-        seen['whole' if motion.complete else 'in part' if rows_of_it > 1 else 'none'] += 1
+        rows = len(motion.q)
+        seen['paths'] += 1
+        seen['whole' if motion.complete else 'in part' if rows > 1 else 'none'] += 1
         seen['reconfigured'] += bool(motion.reconfigurations)
         seen['led'] += motion.led
         seen['arcs'] += len(vias) > 0
-        seen['rows'] += rows_of_it
-        if rows_of_it > 1 and (fault := violation(arm, judge, contact, motion, path, poses, vias)):
-            seen['violations'] += 1
+        seen['rows'] += rows
+        if rows > 1 and (fault := violation(arm, judge, contact, motion, path, poses, vias)):
             faults.append(f'{name} {title}, path {number}: {fault}')
-    return name, title, seen, faults
+    return Case(name, title, seen, faults)
 
 
 def straight(poses: np.ndarray) -> bool:
     """Return whether poses (K, 4, 4) lie on a line, so that no arc leads through three of them."""
     moved = np.diff(poses[:, :3, 3], axis=0)
-    return not (np.linalg.norm(np.cross(moved[:-1], moved[1:]), axis=1) > 1e-9).all()
+    across = np.linalg.norm(np.cross(moved[:-1], moved[1:]), axis=1)
+    return not (across > 1e-5 * (moved * moved).sum(axis=1).max(initial=0.0)).all()
 
 
 def random_options(arm: Arm, random: np.random.Generator) -> PathOptions:
