@@ -6,6 +6,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 from bench.peer_closed_forms import make_eaik, make_ssik
 from bench.solver import Model, UnsupportedError
 
-MOST = 256
+MOST = 512
+DENSER = 4  # times as many samples of a redundant arm as ssik takes
 EXACT = 1e-6  # largest component of the difference of two poses
 
 
@@ -26,7 +28,9 @@ def main() -> None:
     library, model_file, source, target = sys.argv[1:]
     model = Model(**json.loads(Path(model_file).read_text()))
     try:
-        solutions = {'eaik': eaik_solutions, 'ssik': ssik_solutions}[library](model)
+        solutions = {
+            'eaik': eaik_solutions, 'ssik': ssik_solutions, 'ssik, denser': dense_ssik_solutions
+        }[library](model)  # fmt: skip
     except UnsupportedError as error:
         sys.exit(f'{library} {error}')
     poses = np.load(source)
@@ -56,6 +60,18 @@ def ssik_solutions(model: Model) -> Callable[[np.ndarray], list[Any]]:
     module = make_ssik(model, {})['ssik'].module
     # Whole turns are counted by the judge.
     return lambda pose: [solution.q for solution in module.solve(pose, enumerate_windings=False)]
+
+
+def dense_ssik_solutions(model: Model) -> Callable[[np.ndarray], list[Any]]:
+    """Return what finds DENSER times as many solutions of a redundant arm; ssik has no option for that."""
+    from ssik.solvers.seven_r import spherical_shoulder, srs
+
+    module = make_ssik(model, {})['ssik'].module
+    spherical_shoulder._SAMPLE_GRID *= DENSER
+    if module.SOLVER_NAME == 'seven_r.srs':
+        module._solver_solve = partial(srs.solve, swivel_samples=DENSER * srs._DEFAULT_SWIVEL_SAMPLES)
+    # The compiled code has a fixed number of samples.
+    return lambda pose: [solution.q for solution in module.solve(pose, enumerate_windings=False, native=False)]
 
 
 if __name__ == '__main__':
