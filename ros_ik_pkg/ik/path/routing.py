@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ros_ik_pkg.ik.path.clear_of_room import ClearOfRoom
 from ros_ik_pkg.ik.path.problem import TURN, Problem
 from ros_ik_pkg.ik.path.route import extend_route, trace_route
 
@@ -73,13 +74,19 @@ def first_contact(problem: Problem, q: np.ndarray) -> int | None:
     row is in contact itself, None if there is none."""
     if problem.clear is None or not len(q):
         return None
+    if not problem.clear(q[:1])[0]:
+        return -1
     moved = np.diff(q, axis=0)
     counts = np.maximum(2, np.ceil(np.abs(moved).max(axis=1) / CONTACT_STEP)).astype(np.int64)
     row = np.repeat(np.arange(len(counts)), counts)
     part = np.arange(len(row)) - (np.cumsum(counts) - counts)[row] + 1
-    rows = np.concatenate([q[:1], q[row] + (part / counts[row])[:, None] * moved[row]])
-    good = np.asarray(problem.clear(rows), dtype=bool)
-    return None if good.all() else int(np.concatenate([[-1], row])[np.argmin(good)])
+    step = moved[row] / counts[row, None]
+    ends = q[row] + part[:, None] * step
+    if isinstance(problem.clear, ClearOfRoom):
+        good = problem.clear.lines(ends - step, ends)
+    else:
+        good = np.asarray(problem.clear(ends), dtype=bool)
+    return None if good.all() else int(row[np.argmin(good)])
 
 
 def _most_turns(problem: Problem, most: int) -> np.ndarray:

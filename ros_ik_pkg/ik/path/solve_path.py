@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions, all_demanded
 from ros_ik_pkg.ik.path.breaks import find_break
+from ros_ik_pkg.ik.path.clear_of_room import ClearOfRoom
 from ros_ik_pkg.ik.path.figures import pose_figures
 from ros_ik_pkg.ik.path.joint_path import follow
 from ros_ik_pkg.ik.path.motion import make_motion
@@ -80,8 +80,7 @@ def solve_path(
     began = time.monotonic()
     options, path = all_demanded(options or SolveOptions()), path or PathOptions()
     if clear is None and options.avoid_collisions and arm.shaped:
-        room, meshes = arm.contacts.room(world), options.collision_geometry == 'mesh'
-        clear = partial(room.clear, margin=options.collision_margin, meshes=meshes)
+        clear = ClearOfRoom(arm.contacts.room(world), options, path)
     problem = _make_problem(arm, poses, seed, options, path, stamps, vias, clear, progress, began)
     joints = follow(problem)
     motion = make_motion(problem, joints)
