@@ -223,7 +223,8 @@ def measure(arguments: argparse.Namespace, report: Report) -> int:
         from bench.path_peers import PEERS_HEAD, peer_rows
 
         rows, notes = peer_rows(arguments.robots, max(1, arguments.count // 100))
-        text = '500 poses each, from the same start. A step above 0.3 rad counts as a reconfiguration. '
+        text = ('500 poses each, from home. A step above 0.3 rad counts as a reconfiguration. Times of those that '
+                'follow pose after pose: the median pose, times 500. ')
         report.add('Paths: beside others', text + ' '.join(notes), [PEERS_HEAD, *rows])
         text = 'solve_path with times, time that the core was busy.'
         report.add('Paths: time', text, [SPEED_HEAD, *speed_rows(arguments.robots)])

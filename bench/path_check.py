@@ -8,6 +8,11 @@ velocity and acceleration, the tip against its line; and contact at random times
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import repeat
+from multiprocessing import get_context
 
 import numpy as np
 from scipy.interpolate import BPoly
@@ -20,44 +25,80 @@ from bench.paths import random_path
 from bench.published_robots import PANDA, UR5, XARM7, Z1, UrdfJudge, moving_pairs
 from ros_ik_pkg.ik import Arm, PathOptions, PathSolution, load_arm, solve_path
 
-CHECK_HEAD = ('arm', 'room', 'paths', 'whole', 'in part', 'none', 'reconfigured', 'led', 'rows', 'violations')
+CHECK_HEAD = ('arm', 'room', 'paths', 'whole', 'in part', 'none', 'reconfigured', 'led', 'arcs', 'rows', 'violations')
 ROBOTS = {'panda': PANDA, 'xarm7': XARM7, 'ur5': UR5, 'z1': Z1}
 FINER = 10
-LOOKS = 20  # for contact, at each motion
+PROCESSES = 2
 ROUNDING = 1e-6  # of a limit
 SEED = 15
 RAMP = 0.5  # s, the default acceleration; see docs/paths.md
 
 
+@dataclass(frozen=True)
+class Case:
+    """What was seen of the random paths of one arm in one room, and what is wrong with their motions."""
+
+    arm: str
+    room: str
+    seen: Counter[str]
+    faults: list[str]
+
+
 def check_rows(count: int) -> tuple[list[tuple[str, ...]], int]:
     """Return a row for each arm and room, and how many of `count` paths in all violate something."""
-    rows, wrong = [], 0
-    each = -(-count // (len(ROBOTS) * len(WORLDS)))
-    for k, (name, (urdf, srdf, tip)) in enumerate(ROBOTS.items()):
-        arm = load_arm(urdf, tip=tip, srdf=srdf)
-        for i, (title, world) in enumerate(WORLDS.items()):
-            room = arm.contacts.room(world)
-            contact = UrdfJudge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
-            add_room(contact, arm, room, world)
-            judge, random, seen = Judge(arm), np.random.default_rng([SEED, k, i]), Counter()
-            for _ in tqdm(range(each), desc=f'{name} {title}', leave=False):
-                path = random_options(arm, random)
-                poses = random_path(arm, random, int(random.integers(2, 12)))
-                seed = random.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
-                motion = solve_path(arm, poses, seed if path.lead_in or random.random() < 0.5 else None, path=path,
-                                    world=world)  # fmt: skip
-                rows_of_it = len(motion.q)
-                seen['whole' if motion.complete else 'in part' if rows_of_it > 1 else 'none'] += 1
-                seen['reconfigured'] += bool(motion.reconfigurations)
-                seen['led'] += motion.led
-                seen['rows'] += rows_of_it
-                if rows_of_it > 1 and (fault := violation(arm, judge, contact, motion, path, random)):
-                    seen['violations'] += 1
-                    tqdm.write(f'{name} {title}: {fault}')
-            figures = (str(seen[head]) for head in CHECK_HEAD[3:])
-            rows.append((name, title, str(each), *figures))
-            wrong += seen['violations']
-    return rows, wrong
+    cases = check_cases(count, SEED)
+    for case in cases:
+        for fault in case.faults:
+            print(fault)
+    rows = [(case.arm, case.room, *(str(case.seen[head]) for head in CHECK_HEAD[2:-1]), str(len(case.faults)))
+            for case in cases]  # fmt: skip
+    return rows, sum(len(case.faults) for case in cases)
+
+
+def check_cases(count: int, seed: int) -> list[Case]:
+    """Judge `count` random paths, as many for each arm and room, on two cores."""
+    cases = [(k, i) for k in range(len(ROBOTS)) for i in range(len(WORLDS))]
+    each = -(-count // len(cases))
+    with ProcessPoolExecutor(PROCESSES, get_context('spawn')) as pool:
+        found = pool.map(check_case, cases, repeat(each), repeat(seed))
+        return list(tqdm(found, desc='paths', total=len(cases), leave=False))
+
+
+def check_case(case: tuple[int, int], count: int, seed: int) -> Case:
+    """Judge `count` random paths of one arm in one room."""
+    k, i = case
+    (name, (urdf, srdf, tip)), (title, world) = list(ROBOTS.items())[k], list(WORLDS.items())[i]
+    arm = load_arm(urdf, tip=tip, srdf=srdf)
+    room = arm.contacts.room(world)
+    contact = UrdfJudge(urdf, moving_pairs(room), room.positions, base=arm.base_frame)
+    add_room(contact, arm, room, world)
+    judge, random, faults = Judge(arm), np.random.default_rng([seed, k, i]), []
+    seen: Counter[str] = Counter()
+    for number in range(count):
+        path = random_options(arm, random)
+        poses = random_path(arm, random, int(random.integers(2, 12)))
+        vias = range(1, len(poses) - 1, 2) if random.random() < 0.3 and not straight(poses) else ()
+        start = random.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
+        motion = solve_path(
+            arm, poses, start if path.lead_in or random.random() < 0.5 else None, path=path, vias=vias, world=world
+        )
+        rows = len(motion.q)
+        seen['paths'] += 1
+        seen['whole' if motion.complete else 'in part' if rows > 1 else 'none'] += 1
+        seen['reconfigured'] += bool(motion.reconfigurations)
+        seen['led'] += motion.led
+        seen['arcs'] += len(vias) > 0
+        seen['rows'] += rows
+        if rows > 1 and (fault := violation(arm, judge, contact, motion, path, poses, vias)):
+            faults.append(f'{name} {title}, path {number}: {fault}')
+    return Case(name, title, seen, faults)
+
+
+def straight(poses: np.ndarray) -> bool:
+    """Return whether poses (K, 4, 4) lie on a line, so that no arc leads through three of them."""
+    moved = np.diff(poses[:, :3, 3], axis=0)
+    across = np.linalg.norm(np.cross(moved[:-1], moved[1:]), axis=1)
+    return not (across > 1e-5 * (moved * moved).sum(axis=1).max(initial=0.0)).all()
 
 
 def random_options(arm: Arm, random: np.random.Generator) -> PathOptions:
@@ -70,9 +111,10 @@ def random_options(arm: Arm, random: np.random.Generator) -> PathOptions:
 
 
 def violation(
-    arm: Arm, judge: Judge, contact: UrdfJudge, solution: PathSolution, path: PathOptions, random: np.random.Generator
-) -> str:
-    """Return what is wrong with a motion, empty if nothing is."""
+    arm: Arm, judge: Judge, contact: UrdfJudge, solution: PathSolution, path: PathOptions, poses: np.ndarray,
+    vias: Sequence[int] = (),
+) -> str:  # fmt: skip
+    """Return what is wrong with a motion along poses (K, 4, 4), empty if nothing is."""
     if not (np.diff(solution.times) > 0.0).all():
         return 'times do not rise'
     motion = BPoly.from_derivatives(
@@ -91,28 +133,57 @@ def violation(
         return 'a joint accelerates too much'
     row = np.minimum(np.arange(len(grid)) // FINER, count - 2)
     on_path = ~np.isin(row, [0, *solution.reconfigurations] if solution.led else solution.reconfigurations)
-    away, turned = from_line(judge, solution, q[on_path], row[on_path])
+    away, turned = from_line(judge, solution, poses, vias, q[on_path], row[on_path])
     if (away > path.tolerance).any() or (turned > path.angle_tolerance).any():
         return f'the tip is {away.max():.3g} m and {turned.max():.3g} rad off its line'
-    for row_of_look in random.choice(q, min(LOOKS, len(q)), replace=False):
-        if contact.touches(arm.joint_names, row_of_look):
-            return f'contact at {row_of_look.tolist()}'
+    for place, row_of_grid in enumerate(q):
+        if contact.touches(arm.joint_names, row_of_grid):
+            return f'contact after row {place // FINER}, at {row_of_grid.tolist()}'
     return ''
 
 
 def from_line(
-    judge: Judge, solution: PathSolution, q: np.ndarray, row: np.ndarray
+    judge: Judge, solution: PathSolution, poses: np.ndarray, vias: Sequence[int], q: np.ndarray, row: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances (N,) [m, rad] of the tip at q (N, n) from the lines that begin at these rows."""
-    if not len(q):
-        return np.zeros(1), np.zeros(1)
-    tips, start, end = judge.forward(q), solution.base_from_tip[row], solution.base_from_tip[row + 1]
-    along, gone = (end - start)[:, :3, 3], (tips - start)[:, :3, 3]
-    turn = rotation_vectors(end[:, :3, :3] @ start[:, :3, :3].transpose(0, 2, 1))
-    turned = rotation_vectors(tips[:, :3, :3] @ start[:, :3, :3].transpose(0, 2, 1))
-    straight = np.linalg.norm(along, axis=1, keepdims=True) > 1e-9
-    way, done = np.where(straight, along, turn), np.where(straight, gone, turned)
-    fraction = np.clip((way * done).sum(axis=1) / (way * way).sum(axis=1), 0.0, 1.0)[:, None]
-    wanted = Rotation.from_rotvec(fraction * turn).as_matrix() @ start[:, :3, :3]
-    angle = rotation_vectors(wanted @ tips[:, :3, :3].transpose(0, 2, 1))
-    return np.linalg.norm(fraction * along - gone, axis=1), np.linalg.norm(angle, axis=1)
+    """Return the distances (N,) [m, rad] of the tip at q (N, n), after these rows (N,), from the path as it was given:
+    poses (K, 4, 4), of which `vias` are the middles of arcs."""
+    tips, away, angle = judge.forward(q), np.zeros(len(q)), np.zeros(len(q))
+    segment = np.ceil(solution.place[row + 1] - 1e-9).astype(int) - 1
+    for k in np.unique(segment):
+        here, start, end = segment == k, poses[k], poses[k + 1]
+        points = tips[here][:, :3, 3]
+        turn = rotation_vectors((end[:3, :3] @ start[:3, :3].T)[None])
+        via = next((via for via in vias if via in (k, k + 1)), None)
+        if via is None:
+            along, gone, way = end[:3, 3] - start[:3, 3], points - start[:3, 3], end[:3, 3] - start[:3, 3]
+            if np.linalg.norm(way) < 1e-9:  # the tip only turns
+                way, gone = turn[0], rotation_vectors(tips[here][:, :3, :3] @ start[:3, :3].T)
+            fraction = np.clip(gone @ way / (way @ way), 0.0, 1.0)
+            away[here] = np.linalg.norm(start[:3, 3] + np.outer(fraction, along) - points, axis=1)
+        else:
+            fraction, away[here] = from_arc(points, poses[via - 1 : via + 2, :3, 3], k - via + 1)
+        wanted = Rotation.from_rotvec(fraction[:, None] * turn).as_matrix() @ start[:3, :3]
+        angle[here] = np.linalg.norm(rotation_vectors(wanted @ tips[here][:, :3, :3].transpose(0, 2, 1)), axis=1)
+    return away, angle
+
+
+def from_arc(points: np.ndarray, ends: np.ndarray, half: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return of points (N, 3) the fraction of the way along one half of the arc through three ends (3, 3), and the
+    distance from its circle [m], (N,) each."""
+    normal = np.cross(ends[1] - ends[0], ends[2] - ends[0])
+    normal /= np.linalg.norm(normal)
+    # The centre is as far from all ends, and in their plane.
+    planes = np.stack([ends[1] - ends[0], ends[2] - ends[0], normal])
+    offsets = [0.5 * (ends[1] @ ends[1] - ends[0] @ ends[0]), 0.5 * (ends[2] @ ends[2] - ends[0] @ ends[0]),
+               normal @ ends[0]]  # fmt: skip
+    centre = np.linalg.solve(planes, offsets)
+    first, last = ends[half] - centre, ends[half + 1] - centre
+
+    def angle_of(vectors: np.ndarray) -> np.ndarray:
+        return np.arctan2(np.cross(first, vectors) @ normal, vectors @ first) % (2.0 * np.pi)
+
+    whole, radial, out = angle_of(last), points - centre, (points - centre) @ normal
+    angle = angle_of(radial)
+    angle = np.where(angle > 0.5 * (whole + 2.0 * np.pi), 0.0, np.minimum(angle, whole))
+    in_plane = np.linalg.norm(radial - np.outer(out, normal), axis=1)
+    return angle / whole, np.hypot(in_plane - np.linalg.norm(first), out)

@@ -15,11 +15,11 @@ from bench.path_judge import closed_form_branches, judge_path
 from bench.paths import AS_GIVEN, SEED, random_path
 from bench.peers import make_environment
 from bench.process import WorkerError, WorkerProcess
-from ros_ik_pkg.ik import Arm, PathOptions, load_arm, solve_path
+from ros_ik_pkg.ik import Arm, PathOptions, SolveOptions, load_arm, solve_path
 
 PEERS_HEAD = ('arm', 'solver', 'paths', 'poses missed', 'reconfigurations', 'largest step [rad]', 'per path [ms]')
 FOLLOWERS = {'ours': {'choice': 'nearest'}, 'rtb': {}, 'trac_ik': {}, 'ssik': {}}
-CHOSEN = {'ours': 'dls'}  # of several settings of a library; else the first one
+CHOSEN = {'ours': SolveOptions().method}  # of several settings of a library; else the first one
 JUMP = 0.3  # rad between two poses: another branch
 OPTIONS = PathOptions(max_reconfigurations=100, **AS_GIVEN)
 
@@ -34,7 +34,7 @@ def peer_rows(robots: tuple[str, ...], count: int, poses: int = 500) -> tuple[li
         ours, seconds = [], []
         for path in tqdm(paths, desc=f'{name} solve_path', leave=False):
             began = time.thread_time()
-            ours.append(solve_path(arm, path, path=OPTIONS))
+            ours.append(solve_path(arm, path, arm.home, path=OPTIONS))
             seconds.append(time.thread_time() - began)
         jumps = sum(len(solution.reconfigurations) for solution in ours)
         rows.append(row_of(name, 'solve_path', [solution.q for solution in ours], seconds, jumps))
@@ -46,14 +46,13 @@ def peer_rows(robots: tuple[str, ...], count: int, poses: int = 500) -> tuple[li
                         WorkerProcess(library) if library == 'ours' else WorkerProcess(library, python)))  # fmt: skip
                     solvers = process.load(model, options)[0]
                     solver = CHOSEN.get(library, solvers[0])
-                    found = [process.solve(solver, path, np.tile(solution.q[0], (poses, 1)), True)[0]
-                             for path, solution in zip(paths, ours)]  # fmt: skip
+                    found = [process.solve(solver, path, np.tile(arm.home, (poses, 1)), True)[0] for path in paths]
                 except WorkerError as error:
                     notes.append(f'{name}, {library}: {error}')
                     continue
                 title = 'solve, nearest' if library == 'ours' else solver
                 rows.append(row_of(name, title, [row[:, : arm.n] for row in found],
-                                   [row[:, arm.n].sum() for row in found]))  # fmt: skip
+                                   [len(row) * np.median(row[:, arm.n]) for row in found]))  # fmt: skip
         rows.append(dynamic_programming_row(name, arm, python, paths))
     return rows, notes
 

@@ -21,10 +21,12 @@ OPTIMUM_HEAD = ('arm', 'beside', 'paths', 'poses', 'same count', 'fewer', 'more'
 LONG_HEAD = ('arm', 'poses', 'samples', 'reconfigurations', 'at poses', 'joints travel [rad]', 'whole [ms]')
 SPEED_HEAD = ('arm', 'poses', 'whole [ms]', 'per pose [us]', 'greedy nearest [ms]')
 # What the judge takes solutions from: EAIK has all of a six-joint arm, ssik samples those of a redundant one.
-JUDGED_BY = {'ur5': 'eaik', 'puma560': 'eaik', 'panda': 'ssik', 'iiwa14': 'ssik'}
+JUDGED_BY = (('ur5', 'eaik'), ('puma560', 'eaik'), ('panda', 'ssik'), ('iiwa14', 'ssik'), ('panda', 'ssik, denser'),
+             ('iiwa14', 'ssik, denser'))  # fmt: skip
 # How much finer than the path the judge samples, which cuts corners at singularities: the next if it disagrees.
-FINER = {'eaik': (4, 16), 'ssik': (1,)}
-PATHS = {'eaik': 1.0, 'ssik': 0.2}  # share of the paths asked for
+FINER = {'eaik': (4, 16), 'ssik': (1,), 'ssik, denser': (1,)}
+# Shares of the paths and of their poses that are asked for.
+SHARES = {'eaik': (1.0, 1.0), 'ssik': (0.5, 1.0), 'ssik, denser': (0.5, 0.4)}
 SEED = 5
 COUNTS = (100, 1000, 10000)
 RUNS = 3
@@ -95,19 +97,20 @@ def optimum_rows(count: int, poses: int = 500) -> list[tuple[str, ...]]:
     """Compare `count` random paths for each arm with dynamic programming over solutions of other libraries."""
     python, faults = make_environment()
     rows = []
-    for name, library in JUDGED_BY.items():
-        if library in faults:
-            rows.append((name, library, faults[library], *[''] * (len(OPTIMUM_HEAD) - 3)))
+    for name, library in JUDGED_BY:
+        if fault := faults.get(library.partition(',')[0]):
+            rows.append((name, library, fault, *[''] * (len(OPTIMUM_HEAD) - 3)))
             continue
-        arm, random, paths = load_arm(name), np.random.default_rng(SEED), max(1, int(PATHS[library] * count))
-        found = [compare(arm, random_path(arm, random, poses), library, python)
+        arm, random = load_arm(name), np.random.default_rng(SEED)
+        paths, length = (max(2, int(share * number)) for share, number in zip(SHARES[library], (count, poses)))
+        found = [compare(arm, random_path(arm, random, length), library, python)
                  for _ in tqdm(range(paths), desc=name, leave=False)]  # fmt: skip
         gaps = np.array([gap for gap, *_ in found])
         further = np.array([reached for _, reached, *_ in found])
         figures = [(gaps == 0).sum(), (gaps < 0).sum(), (gaps > 0).sum(), sum(longer for *_, longer, _ in found),
                    (further > 0).sum(), (further < 0).sum()]  # fmt: skip
         ratio = np.median([seconds for *_, seconds in found])
-        rows.append((name, library, str(paths), str(poses), *map(str, figures), f'{ratio:.0f} x'))
+        rows.append((name, library, str(paths), str(length), *map(str, figures), f'{ratio:.0f} x'))
     return rows
 
 

@@ -21,7 +21,7 @@ from torture.reliability import Reliability
 
 SECTIONS = (
     'solves', 'messages', 'parameters', 'files', 'load', 'heard', 'faults', 'network', 'servo', 'tools', 'contact',
-    'soak', 'mutants',
+    'paths', 'soak', 'mutants',
 )  # fmt: skip
 REPORT = ROOT / 'docs' / 'reliability.md'
 

@@ -12,6 +12,7 @@ from ros_ik_pkg.ik.options import CHOICES, METHODS, OPTIONS, SolveOptions
 from ros_ik_pkg.ik.path.path_options import PATH_OPTIONS, PathOptions
 from ros_ik_pkg.ik.path.path_solution import BreakReason, PathBreak, PathSolution
 from ros_ik_pkg.ik.path.solve_path import solve_path
+from ros_ik_pkg.ik.path.waypoints import sample_arcs
 from ros_ik_pkg.ik.reachability.placement import Placement, rank_placements
 from ros_ik_pkg.ik.reachability.reach_map import ReachMap, load_reach_map, reach_map
 from ros_ik_pkg.ik.solution import TRACE_COLUMNS, Solution, Status, Trace
@@ -54,6 +55,7 @@ __all__ = [
     'rank_placements',
     'reach_map',
     'robot_names',
+    'sample_arcs',
     'solve',
     'solve_batch',
     'solve_path',

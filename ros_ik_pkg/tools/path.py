@@ -43,11 +43,11 @@ def main() -> int:
     try:
         # No deadline unless it is set: the first path on a machine compiles.
         arm, path = load_arm(given.robot), PathOptions(**{'deadline': 0.0, **dict(given.set)})
-        poses, times = read_path_file(given.file, given.degrees)
+        file = read_path_file(given.file, given.degrees)
         seed = given.seed
         if seed is not None and given.degrees and len(seed) == arm.n:
             seed = np.where(is_rotary(arm), np.radians(seed), seed)
-        solution = solve_path(arm, poses, seed, path=path, stamps=times)
+        solution = solve_path(arm, file.poses, seed, path=path, stamps=file.times, vias=file.vias)
         if given.csv:
             write_rows(given.csv, arm, solution)
         if given.plot:

@@ -1,4 +1,5 @@
-"""Paths in files: rows of a .csv, or a list of mappings in a .yaml, each with a position, a rotation, and a time."""
+"""Paths in files: rows of a .csv, or a list of mappings in a .yaml, each with a position and a rotation; some have a
+time, or are the middle of an arc."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import csv
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio
@@ -18,17 +19,28 @@ POSITION = ('x', 'y', 'z')  # m
 ANGLES = ('roll', 'pitch', 'yaw')  # about fixed axes
 QUATERNION = ('qx', 'qy', 'qz', 'qw')
 TIME = 'time'  # s
-COLUMNS = (*POSITION, *ANGLES, *QUATERNION, TIME)
+VIA = 'via'  # whether the row is the middle of an arc
+YES, NO = ('1', 'true', 'yes'), ('', '0', 'false', 'no')
+COLUMNS = (*POSITION, *ANGLES, *QUATERNION, TIME, VIA)
 
 
-def read_path_file(path: Path, degrees: bool = False) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return poses (N, 4, 4) [m] and times (N,) [s], None if the file has none; raise ValueError naming the row."""
+class PathFile(NamedTuple):
+    """A path as solve_path takes it."""
+
+    poses: np.ndarray  # (N, 4, 4) [m]
+    times: np.ndarray | None  # (N,) [s], None if the file has none
+    vias: tuple[int, ...]  # poses in the middle of an arc
+
+
+def read_path_file(path: Path, degrees: bool = False) -> PathFile:
+    """Return the path of a file; raise ValueError that names the row."""
     rows = _read_yaml(path) if path.suffix in ('.yaml', '.yml') else _read_csv(path)
     poses = np.array([_pose(row, k, degrees) for k, row in enumerate(rows)]).reshape(-1, 4, 4)
     timed = [TIME in row for row in rows]
     if any(timed) and not all(timed):
         raise ValueError(f'row {timed.index(False)} has no time, others have')
-    return poses, np.array([_number(row, TIME, k) for k, row in enumerate(rows)]) if any(timed) else None
+    times = np.array([_number(row, TIME, k) for k, row in enumerate(rows)]) if any(timed) else None
+    return PathFile(poses, times, tuple(k for k, row in enumerate(rows) if _is_via(row, k)))
 
 
 def _read_csv(path: Path) -> list[Mapping[str, Any]]:
@@ -62,6 +74,14 @@ def _pose(row: Mapping[str, Any], k: int, degrees: bool) -> np.ndarray:
     angles = np.array([_number(row, name, k) for name in ANGLES])
     rotation = pinocchio.rpy.rpyToMatrix(np.radians(angles) if degrees else angles)
     return pinocchio.SE3(rotation, position).homogeneous
+
+
+def _is_via(row: Mapping[str, Any], k: int) -> bool:
+    """Return whether a row is the middle of an arc."""
+    text = str(row.get(VIA, '')).strip().lower()
+    if text not in (*YES, *NO):
+        raise ValueError(f'row {k}: via is {row[VIA]!r}; expected 1 for the middle of an arc, else 0')
+    return text in YES
 
 
 def _number(row: Mapping[str, Any], name: str, k: int) -> float:

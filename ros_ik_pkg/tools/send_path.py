@@ -10,6 +10,7 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from nav_msgs.msg import Path
 
+from ros_ik_pkg.ik import IkError, sample_arcs
 from ros_ik_pkg.ros.client import IkClient, NodeError
 from ros_ik_pkg.ros.interface.topics import NODE_NAME
 from ros_ik_pkg.ros.reply import PathReply
@@ -35,15 +36,17 @@ def main() -> int:
     """Send the path and print the result; 0 when it was solved whole, 2 when not, 1 without a result."""
     given = arguments().parse_args()
     try:
-        path = path_message(*read_path_file(given.file, given.degrees), given.frame)
+        file = read_path_file(given.file, given.degrees)
+        poses, times, place = sample_arcs(file.poses, file.vias, file.times)
+        path = path_message(poses, times, given.frame)
         with ros_node('send_path') as node, IkClient(node, given.node) as client:
             reply = client.solve_path(path, given.timeout)
-    except (NodeError, ValueError, OSError) as error:
+    except (NodeError, IkError, ValueError, OSError) as error:
         print(f'send_path: {error}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 130
-    print_reply(reply)
+    print_reply(reply, place)
     return 0 if reply.solved else 2
 
 
@@ -58,11 +61,15 @@ def path_message(poses: np.ndarray, times: np.ndarray | None, frame: str = '') -
     return message
 
 
-def print_reply(reply: PathReply) -> None:
-    """Print the sentence and the figures."""
+def print_reply(reply: PathReply, place: np.ndarray) -> None:
+    """Print the sentence and the figures, and the row of the file that the tip reaches if arcs were sampled; `place`
+    (N,) has the row of each pose that was sent."""
     print(reply.message)
     for key, value in reply.figures.items():
         print(f'  {key}: {value}')
+    if 'reached_pose' in reply.figures and place[-1] < len(place) - 1:
+        row = np.interp(float(reply.figures['reached_pose']), np.arange(len(place)), place)
+        print(f'  reached_row: {row:.6g} (arcs were sampled: {len(place)} poses were sent)')
 
 
 if __name__ == '__main__':

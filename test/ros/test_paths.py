@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
 from nav_msgs.msg import Path
@@ -22,11 +25,12 @@ COMPILES = 900.0  # s; the first path on a machine compiles
 
 
 class PathClient(Client):
-    """A client that can send paths without waiting, and keeps all results of paths."""
+    """A client that can send paths without waiting, and keeps all motions, results and markers of paths."""
 
     def __init__(self, node, name: str = topics.NODE_NAME) -> None:
-        self.path_results, self.markers = [], []
+        self.motions, self.path_results, self.markers = [], [], []
         super().__init__(node, name)
+        self._subscribe(topics.PATH_SOLUTION, self.motions.append)
         self._subscribe(topics.PATH_RESULT, self.path_results.append)
         self._subscribe(topics.PATH_MARKERS, self.markers.append)
 
@@ -153,17 +157,48 @@ def test_poses_may_be_in_different_frames(client):
     np.testing.assert_allclose(pinocchio_tip(ARM, points_of(reply.trajectory)[0][-1]), poses[1], atol=1e-6)
 
 
+def send_file(tmp_path, rows):
+    """What scripts/send_path prints for a file, and its exit code."""
+    file = tmp_path / 'path.csv'
+    file.write_text('x,y,z,qx,qy,qz,qw,via\n' + '\n'.join(rows))
+    command = [sys.executable, '-m', 'ros_ik_pkg.tools.send_path', str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT)
+    return done.stdout + done.stderr, done.returncode
+
+
+def test_a_file_sends_arcs_as_short_lines(client, tmp_path):
+    home = ARM.forward(START)
+    (x, y, z), turn = home[:3, 3], pin.Quaternion(home[:3, :3]).coeffs()
+    turned = ','.join(map(str, turn))
+    rows = [f'{x},{y + 0.05 * k},{z + 0.05 * (k == 1)},{turned},{int(k == 1)}' for k in range(3)]
+    client.motions.clear()
+    printed, code = send_file(tmp_path, rows)
+    assert code == 0 and 'reached_row: 2 (arcs' in printed, printed
+    client.wait_for(lambda: client.motions, 'the motion')
+    tips = np.array([pinocchio_tip(ARM, q)[:3, 3] for q in points_of(client.motions[-1])[0]])
+    np.testing.assert_allclose(np.linalg.norm(tips - (x, y + 0.05, z), axis=1), 0.05, atol=1e-4)
+    assert tips[:, 2].max() > z + 0.049
+    printed, code = send_file(tmp_path, [*rows, f'{x},{y + 9.0},{z},{turned},0'])
+    reached = float(printed.split('reached_row: ')[1].split()[0])
+    assert code == 2 and 2.0 < reached < 3.0
+    printed, code = send_file(tmp_path, rows[:2])
+    assert code == 1 and 'via' in printed
+
+
 def test_a_path_that_breaks_is_partial_and_nothing_is_published(client):
     count = len(client.path_results)
+    client.motions.clear()
     reply = client.solve_path(path_of([*line(0.1), ARM.forward(START) + 5.0 * np.eye(4, k=3)]), TIMEOUT)
     assert not reply.solved and reply.trajectory is None
     assert reply.figures['outcome'] == 'partial' and reply.figures['status'] == 'reach'
     assert 'from pose 1 to 2' in reply.message and 1.0 <= float(reply.figures['reached_pose']) < 2.0
     client.wait_for(lambda: len(client.path_results) > count and client.markers, 'markers')
+    assert client.solve_path(path_of(line(0.1)), TIMEOUT).solved
+    assert len(client.motions) == 1
 
 
 def bad(index, **fields):
-    path = path_of(line(0.05, 0.05, 0.05))
+    path = path_of(line(*[1e-4] * 600))
     for name, value in fields.items():
         part = path.poses[index].pose
         setattr(part.position if name in 'xyz' else part.orientation, name[-1], value)
@@ -174,17 +209,22 @@ def bad(index, **fields):
     ('path', 'status', 'text'),
     [
         (bad(2, y=float('nan')), 'not_finite', 'pose 2'),
+        (bad(499, y=float('nan')), 'not_finite', 'pose 499'),
         (bad(1, qw=5.0), 'quaternion', 'pose 1'),
         (path_of(line()), 'argument', '1 pose'),
         (Path(), 'argument', 'poses'),
         (path_of(line(0.0)), 'argument', 'no length'),
         (path_of(line(0.1), 'moon'), 'frame', 'pose 0'),
+        (Path(poses=[pose_of(line()[0]), pose_of(line(0.1)[1], 'moon')]), 'frame', 'pose 1'),
     ],
 )
 def test_a_path_that_makes_no_sense_is_refused_with_the_pose(client, path, status, text):
+    client.motions.clear()
     reply = client.solve_path(path, TIMEOUT)
     assert not reply.solved and reply.figures['outcome'] == 'refused' and reply.figures['status'] == status
     assert text in reply.message and reply.trajectory is None
+    assert client.solve_path(path_of(line(0.1)), TIMEOUT).solved
+    assert len(client.motions) == 1  # that of the good path
 
 
 def test_a_new_path_replaces_the_one_that_is_being_solved(client):
@@ -200,7 +240,7 @@ def test_a_new_path_replaces_the_one_that_is_being_solved(client):
         assert reply.solved, reply.message
         assert len(reply.trajectory.points) < 100
         statuses = [values(message.status[0])['status'] for message in client.path_results[count:]]
-    assert statuses == ['superseded', 'solved']
+    assert statuses[-1] == 'solved' and set(statuses[:-1]) == {'superseded'}
 
 
 def test_targets_are_answered_while_a_path_is_solved(client):

@@ -6,6 +6,7 @@ import csv
 
 import numpy as np
 import pytest
+from chains import pinocchio_tip
 from scipy.interpolate import BPoly
 
 from ros_ik_pkg.ik import PathOptions, load_arm, solve_path
@@ -43,6 +44,21 @@ def test_a_path_is_followed_drawn_and_written(monkeypatch, tmp_path, capsys):
     assert 2.0 < table[-1, 0] < 3.0
     tips = np.array([ARM.forward(row[1:7])[1, 3] for row in table])
     np.testing.assert_allclose(tips[-1] - tips[0], 0.1, atol=1e-6)
+
+
+def test_a_row_marked_via_is_the_middle_of_an_arc(monkeypatch, tmp_path, capsys):
+    x, y, z = ARM.forward(START)[:3, 3]
+    file, rows = tmp_path / 'arc.csv', tmp_path / 'rows.csv'
+    file.write_text(
+        f'x,y,z,qx,qy,qz,qw,via\n{x},{y},{z},0,1,0,0,0\n{x},{y + 0.05},{z + 0.05},0,1,0,0,1\n'
+        f'{x},{y + 0.1},{z},0,1,0,0,0\n'
+    )
+    assert run(monkeypatch, str(file), '--csv', str(rows)) == 0
+    assert 'reached pose: 2' in capsys.readouterr().out
+    tips = np.array([pinocchio_tip(ARM, row[1:7])[:3, 3] for row in np.loadtxt(rows, delimiter=',', skiprows=1)])
+    away = np.linalg.norm(tips - (x, y + 0.05, z), axis=1)
+    np.testing.assert_allclose(away, 0.05, atol=1e-4)
+    assert tips[:, 2].max() > z + 0.049
 
 
 def test_a_path_that_breaks_says_where(monkeypatch, tmp_path, capsys):

@@ -226,6 +226,12 @@ def test_a_solution_that_touches_is_noticed():
     assert seen.judged == len(touching) + 5 and 5 < seen.touching == len(touching)
 
 
+def test_random_paths_among_obstacles_are_right():
+    words = [sys.executable, '-m', 'torture', 'paths', '--count', '12']
+    done = subprocess.run(words, cwd=command.ROOT, capture_output=True, text=True)
+    assert done.returncode == 0 and 'panda: motions along 3 paths' in done.stdout, done.stdout + done.stderr
+
+
 def test_a_stamp_says_who_sent_which_target_and_when():
     stamps, began = Stamps(), time.monotonic()
     some = [stamps.next(client, which) for client, which in ((0, 0), (19, 499), (3, 7))]

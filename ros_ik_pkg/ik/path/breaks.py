@@ -9,6 +9,7 @@ import numpy as np
 from ros_ik_pkg.ik.path.joint_path import JointPath
 from ros_ik_pkg.ik.path.path_solution import BreakReason, PathBreak
 from ros_ik_pkg.ik.path.problem import TURN, Problem
+from ros_ik_pkg.ik.path.routing import first_contact
 from ros_ik_pkg.ik.solver import solve
 from ros_ik_pkg.ik.text import list_names
 
@@ -55,7 +56,7 @@ def find_break(problem: Problem, path: JointPath) -> PathBreak:
         if fast.any():
             names = list_names(np.array(problem.arm.joint_names)[fast])
             return PathBreak(place, BreakReason.VELOCITY, f'{names} would exceed the velocity limit before {where}')
-        if problem.clear is not None and not np.all(problem.clear(np.stack([q, 0.5 * (q + seed)]))):
+        if first_contact(problem, np.stack([seed, q])) is not None:
             return PathBreak(place, BreakReason.CONTACT, f'the arm is in contact before {where}')
     if singular < NEARLY_SINGULAR:
         return PathBreak(place, BreakReason.SINGULARITY,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ros_ik_pkg.ik.path.clear_of_room import ClearOfRoom
 from ros_ik_pkg.ik.path.problem import TURN, Problem
 from ros_ik_pkg.ik.path.route import extend_route, trace_route
 
@@ -62,21 +63,29 @@ def find_route(problem: Problem, candidates: np.ndarray, counts: np.ndarray) -> 
     contact = NO_CLEAR_MOTION if len(barred) and reached < len(counts) and not late else ''
     if touched is not None:
         contact = NO_CLEAR_MOTION if touched in jumps else IN_CONTACT
-        q, samples, reached, late = q[: touched + 1], samples[: touched + 1], int(samples[touched]) + 1, False
+        reached, late = int(samples[touched]) + 1 if touched >= 0 else 0, False
+        q, samples = q[: touched + 1], samples[: touched + 1]
         jumps = [row for row in jumps if row < touched]
     return Route(q, samples, jumps, reached, late, contact)
 
 
 def first_contact(problem: Problem, q: np.ndarray) -> int | None:
-    """Return the first row from which the joints come into contact on the straight line to the next, None if there is
-    none."""
-    if problem.clear is None or len(q) < 2:
+    """Return the first row from which the joints come into contact on the straight line to the next, -1 if the first
+    row is in contact itself, None if there is none."""
+    if problem.clear is None or not len(q):
         return None
+    if not problem.clear(q[:1])[0]:
+        return -1
     moved = np.diff(q, axis=0)
     counts = np.maximum(2, np.ceil(np.abs(moved).max(axis=1) / CONTACT_STEP)).astype(np.int64)
     row = np.repeat(np.arange(len(counts)), counts)
     part = np.arange(len(row)) - (np.cumsum(counts) - counts)[row] + 1
-    good = np.asarray(problem.clear(q[row] + (part / counts[row])[:, None] * moved[row]), dtype=bool)
+    step = moved[row] / counts[row, None]
+    ends = q[row] + part[:, None] * step
+    if isinstance(problem.clear, ClearOfRoom):
+        good = problem.clear.lines(ends - step, ends)
+    else:
+        good = np.asarray(problem.clear(ends), dtype=bool)
     return None if good.all() else int(row[np.argmin(good)])
 
 

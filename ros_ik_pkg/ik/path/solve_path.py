@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,13 +14,14 @@ from ros_ik_pkg.ik.arm import Arm
 from ros_ik_pkg.ik.exceptions import ArgumentError, OptionError
 from ros_ik_pkg.ik.options import SolveOptions, all_demanded
 from ros_ik_pkg.ik.path.breaks import find_break
+from ros_ik_pkg.ik.path.clear_of_room import ClearOfRoom
 from ros_ik_pkg.ik.path.figures import pose_figures
 from ros_ik_pkg.ik.path.joint_path import follow
 from ros_ik_pkg.ik.path.motion import make_motion
 from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.path_solution import PathSolution
 from ros_ik_pkg.ik.path.problem import Clear, Problem
-from ros_ik_pkg.ik.path.waypoints import Samples, read_poses, read_stamps, sample_path
+from ros_ik_pkg.ik.path.waypoints import SAG, Samples, read_poses, read_stamps, sample_path
 from ros_ik_pkg.ik.world import World
 
 
@@ -79,8 +80,7 @@ def solve_path(
     began = time.monotonic()
     options, path = all_demanded(options or SolveOptions()), path or PathOptions()
     if clear is None and options.avoid_collisions and arm.shaped:
-        room, meshes = arm.contacts.room(world), options.collision_geometry == 'mesh'
-        clear = partial(room.clear, margin=options.collision_margin, meshes=meshes)
+        clear = ClearOfRoom(arm.contacts.room(world), options, path)
     problem = _make_problem(arm, poses, seed, options, path, stamps, vias, clear, progress, began)
     joints = follow(problem)
     motion = make_motion(problem, joints)
@@ -129,6 +129,8 @@ def _make_problem(
     given = read_poses(poses)
     times = None if stamps is None else read_stamps(stamps, len(given))
     samples = sample_path(given, vias, path.step, path.angle_step, path.tolerance, times is not None)
+    if len(vias):
+        path = replace(path, tolerance=(1.0 - SAG) * path.tolerance)
     stop_time = began + path.deadline if path.deadline > 0.0 else math.inf
     return Problem(
         arm, samples, _read_seed(arm, seed), options, path, _least_durations(samples, path, times), clear, stop_time,

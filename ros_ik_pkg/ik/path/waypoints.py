@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ros_ik_pkg.ik.exceptions import ArgumentError
+from ros_ik_pkg.ik.path.path_options import PathOptions
 
 ROTATION_TOLERANCE = 1e-3  # largest component of R R^T - I that still counts as a rotation
 SAME_POSITION = 1e-9  # m
@@ -67,6 +68,40 @@ def read_stamps(stamps: Any, count: int) -> np.ndarray:
         k = int(late[0]) + 1
         raise ArgumentError(f'stamps run back: pose {k} is at {times[k]:g} s, pose {k - 1} at {times[k - 1]:g} s')
     return times
+
+
+def sample_arcs(
+    poses: Any, vias: Sequence[int], stamps: Any = None, tolerance: float = PathOptions().tolerance
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """Return a path of straight lines in place of one with arcs: a nav_msgs/Path holds no arcs.
+
+    Parameters
+    ----------
+    poses, vias, stamps : as in solve_path
+    tolerance : float, optional
+        That of the path [m]; the lines leave the arcs by at most a tenth of it.
+
+    Returns
+    -------
+    poses : (M, 4, 4) array
+    stamps : (M,) array or None
+    place : (M,) array
+        For each pose the index of the given pose before it, plus the fraction of the way to the next.
+
+    Raises
+    ------
+    ArgumentError
+        As solve_path does. The text names the pose.
+
+    """
+    given = read_poses(poses)
+    times = None if stamps is None else read_stamps(stamps, len(given))
+    if not len(vias):
+        return given, times, np.arange(len(given), dtype=float)
+    samples = sample_path(given, vias, math.inf, math.inf, tolerance, times is not None)
+    if times is not None:
+        times = np.interp(samples.place, np.arange(len(times)), times)
+    return samples.poses, times, samples.place
 
 
 def sample_path(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from nav_msgs.msg import Path
@@ -21,6 +20,7 @@ from ros_ik_pkg.ik import (
 )
 from ros_ik_pkg.ik.contacts.contacts import Contacts, Room
 from ros_ik_pkg.ik.options import all_demanded
+from ros_ik_pkg.ik.path.clear_of_room import ClearOfRoom
 from ros_ik_pkg.ik.text import shorten
 from ros_ik_pkg.ros.handling.path_check import fault_of_motion
 from ros_ik_pkg.ros.handling.result import FAILED, INTERNAL_ERROR, REFUSED, SOLVED
@@ -146,7 +146,7 @@ def _answer_path(job: PathJob, go_on: Callable[[int], object]) -> PathResult:
     try:
         room = job.room()
         solution = solve_path(
-            job.arm, job.poses, job.seed, job.options, job.path, job.stamps, clear=_clear(room, job.options),
+            job.arm, job.poses, job.seed, job.options, job.path, job.stamps, clear=_clear(room, job),
             progress=go_on,
         )  # fmt: skip
     except ArgumentError as error:
@@ -165,11 +165,11 @@ def _answer_path(job: PathJob, go_on: Callable[[int], object]) -> PathResult:
     return PathResult(job.message, SOLVED, SOLVED, _described(solution), job, solution)
 
 
-def _clear(room: Room | None, options: SolveOptions) -> Callable[[np.ndarray], np.ndarray]:
-    """Return a function that says whether configurations (k, n) are free of contact."""
+def _clear(room: Room | None, job: PathJob) -> Callable[[np.ndarray], np.ndarray]:
+    """Return what says whether configurations (k, n) are free of contact."""
     if room is None:
         return lambda q: np.ones(len(q), dtype=bool)
-    return partial(room.clear, margin=options.collision_margin, meshes=options.collision_geometry == 'mesh')
+    return ClearOfRoom(room, job.options, job.path)
 
 
 def refused(message: Path, status: str, reason: str) -> PathResult:

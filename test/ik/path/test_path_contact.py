@@ -137,6 +137,9 @@ def test_the_motion_to_the_start_begins_where_the_joints_are_and_is_free_of_cont
                          clear=lambda q: np.abs(q - middle).max(axis=1) > 0.05)
     assert not touched.complete and len(touched.q) == 0
     assert touched.breaks[0].reason.value == 'contact' and 'from where they are to pose 0' in touched.breaks[0].text
+    inside = solve_path(arm, poses, away, path=PathOptions(lead_in=True, deadline=0.0),
+                        clear=lambda q: np.abs(q - away).max(axis=1) > 1e-3)
+    assert len(inside.q) == 0 and inside.breaks[0].reason.value == 'contact'
     away[5] = 9.0
     beyond = solve_path(arm, poses, away, path=PathOptions(lead_in=True, deadline=0.0))
     assert len(beyond.q) == 0 and beyond.breaks[0].reason.value == 'limit'

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from ros_ik_pkg.ik import ArgumentError
-from ros_ik_pkg.ik.path.waypoints import read_poses, read_stamps, sample_path
+from ros_ik_pkg.ik.path.waypoints import read_poses, read_stamps, sample_arcs, sample_path
 
 
 def pose(x=0.0, y=0.0, z=0.0, turn=(0.0, 0.0, 0.0)):
@@ -51,6 +51,36 @@ def test_an_arc_keeps_its_radius_and_passes_the_via():
     np.testing.assert_allclose(samples.poses[samples.place == 1.0][0][:3, 3], at[1], atol=1e-12)
     chords = np.linalg.norm(np.diff(samples.poses[:, :3, 3], axis=0), axis=1)
     assert (radius - np.sqrt(radius**2 - chords**2 / 4.0)).max() <= 1e-5 * (1.0 + 1e-9)
+
+
+def test_lines_in_place_of_an_arc_keep_near_it_and_leave_the_other_poses_alone():
+    given = [pose(), pose(x=0.3), pose(x=0.4, y=0.1, turn=(0.0, 0.0, 0.5)), pose(x=0.3, y=0.2), pose(y=0.2)]
+    poses, stamps, place = sample_arcs(given, vias=[2], stamps=[0.0, 3.0, 5.0, 7.0, 10.0])
+    inside = (place >= 1.0) & (place <= 3.0)
+    assert (~inside).sum() == 2 and inside.sum() > 100
+    for k, row in zip((0, 1, 2, 3, 4), np.searchsorted(place, np.arange(5.0))):
+        np.testing.assert_allclose(poses[row], given[k], atol=1e-12)
+    middles = 0.5 * (poses[inside][1:, :2, 3] + poses[inside][:-1, :2, 3])
+    away = np.linalg.norm(middles - np.array([0.3, 0.1]), axis=1)
+    assert 0.1 - 1.001e-5 <= away.min() <= away.max() < 0.1
+    np.testing.assert_allclose(stamps, np.interp(place, range(5), [0.0, 3.0, 5.0, 7.0, 10.0]))
+    whole = sample(given, vias=[2], step=10.0, angle_step=3.0)
+    np.testing.assert_array_equal(poses, whole.poses)
+
+
+def test_a_path_without_arcs_stays_as_it_is():
+    given = np.array([pose(), pose(), pose(x=9.0)])
+    poses, stamps, place = sample_arcs(given, [])
+    np.testing.assert_allclose(poses, given, atol=1e-15)
+    assert stamps is None and place.tolist() == [0.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize(('vias', 'stamps', 'text'), [
+    ([1], None, 'on a line'), ([0], None, 'via 0'), ([], [0.0, 1.0, 0.5], 'run back: pose 2'),
+])  # fmt: skip
+def test_arcs_that_are_none_are_refused(vias, stamps, text):
+    with pytest.raises(ArgumentError, match=text):
+        sample_arcs([pose(), pose(x=0.1), pose(x=0.2)], vias, stamps)
 
 
 def test_a_pose_that_is_there_twice_counts_once():
