@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_ik_pkg.ik import World, load_arm
+from ros_ik_pkg.ik import SolveOptions, Status, World, load_arm, solve
+from ros_ik_pkg.ik.collision.scene import contacts_of
 from ros_ik_pkg.ik.contacts.bodies import load_shape
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.mesh_files import MOST_TRIANGLES, read_hulls
@@ -25,6 +26,16 @@ joints:
   - {{name: b, type: revolute, a: 0.25, alpha: 0.0, d: 0.1, theta: 0.0, lower: -3, upper: 3, radius: 0.04}}
   - {{name: c, type: prismatic, a: 0.0, alpha: 0.2, d: 0.1, theta: 0.0, lower: 0, upper: 1}}
 '''
+FOLDING = '''name: folding
+source: made up
+convention: standard
+angles: radians
+base_frame: base
+tip_frame: tip
+home: [0, 0.5, 0.5, 0.5]
+joints:
+''' + ''.join(f'  - {{name: j{k}, type: revolute, a: 0.3, alpha: 0, d: 0, theta: 0, lower: -2.6, upper: 2.6, '
+              'radius: 0.02}\n' for k in range(4))
 
 
 def collisions(elements):
@@ -107,6 +118,49 @@ def test_a_table_with_radius_is_checked_against_the_floor(tmp_path):
     world = World(floor=0.0)
     assert arm.contacts.is_clear(up, 0.0, world) and not arm.contacts.is_clear(down, 0.0, world)
     assert arm.contacts.look(down, world).links == ('link2', 'floor')
+
+
+def test_a_solution_of_a_table_with_radius_is_clear_of_itself_by_the_bound_and_by_coal(tmp_path):
+    path = tmp_path / 'folding.yaml'
+    path.write_text(FOLDING)
+    arm, tight = load_arm(path), SolveOptions(task_weights=(1, 1, 1, 0, 0, 0), deadline=0.0)
+    room, rng = arm.contacts.room(), np.random.default_rng(2)
+    q = rng.uniform(arm.lower, arm.upper, (400, arm.n))
+    touches = np.array([not apart(arm, row) for row in q])
+    suspect = contacts_of(room.packed, q, 0.0) >= 0
+    coal_says = np.array([not room.is_clear(row) for row in q])
+    assert 0.02 < touches.mean() < 0.6
+    assert np.array_equal(coal_says, touches) and not np.any(touches & ~suspect) and np.mean(suspect[~touches]) < 0.01
+    solutions = [solve(arm, arm.forward(row), row, tight) for row in q[touches]]
+    found = [solution for solution in solutions if solution.status is Status.CONVERGED]
+    assert all(apart(arm, solution.q) for solution in found)
+    assert {solution.status for solution in solutions} <= {Status.CONVERGED, Status.COLLISION}
+    assert len(found) > 5
+
+
+def apart(arm, q):
+    """Return whether the capsules of FOLDING, segments in a plane, are apart; neighbours may touch."""
+    angles = np.cumsum(q)
+    corners = np.vstack([np.zeros(2), np.cumsum(0.3 * np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)])
+    pairs = [(i, j) for i in range(4) for j in range(i + 2, 4)]
+    return all(segment_gap(corners[i : i + 2], corners[j : j + 2]) > 0.04 for i, j in pairs)
+
+
+def segment_gap(one, other):
+    """Return the distance of two segments (2, 2) in a plane."""
+    (a, b), (c, d) = one, other
+    along, across, start = b - a, d - c, c - a
+    det = along[0] * across[1] - along[1] * across[0]
+    if abs(det) > 1e-12:
+        s, t = ((start[0] * w[1] - start[1] * w[0]) / det for w in (across, along))
+        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+            return 0.0
+    return min(point_gap(p, *seg) for p, seg in ((a, other), (b, other), (c, one), (d, one)))
+
+
+def point_gap(point, start, end):
+    t = np.clip((point - start) @ (end - start) / ((end - start) @ (end - start)), 0.0, 1.0)
+    return float(np.linalg.norm(point - start - t * (end - start)))
 
 
 def write_stl(path, triangles):
