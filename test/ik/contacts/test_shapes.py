@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_ik_pkg.ik import SolveOptions, Status, World, load_arm, solve
+from ros_ik_pkg.ik import ModelError, SolveOptions, Status, World, load_arm, solve
 from ros_ik_pkg.ik.collision.scene import contacts_of
+from ros_ik_pkg.ik.contacts import mesh_files
 from ros_ik_pkg.ik.contacts.bodies import load_shape
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.mesh_files import MOST_TRIANGLES, read_hulls
@@ -195,7 +196,22 @@ def _points(corners):
     return points
 
 
-def test_a_text_stl_an_obj_and_a_binary_stl_are_the_same_body(tmp_path):
+COLLADA = '''<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.001" name="millimeter"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="12">0 0 0 1000 0 0 0 1000 0 0 0 1000</float_array><technique_common>
+<accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2 0 2 3 0 3 1 1 3 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>'''
+
+
+def test_a_text_stl_an_obj_a_dae_and_a_binary_stl_are_the_same_body(tmp_path):
     triangles = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 1]],
                           [[0, 0, 0], [0, 0, 1], [1, 0, 0]], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]], float)
     write_stl(tmp_path / 'binary.stl', triangles)
@@ -203,8 +219,36 @@ def test_a_text_stl_an_obj_and_a_binary_stl_are_the_same_body(tmp_path):
                      + 'endloop\nendfacet\n' for corners in triangles)
     (tmp_path / 'text.stl').write_text(f'solid a\n{facets}endsolid a\n')
     (tmp_path / 'a.obj').write_text('v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 3 4\n')
-    found = [sorted(map(tuple, read_hulls(tmp_path / name)[0].corners)) for name in ('binary.stl', 'text.stl', 'a.obj')]
-    assert found[0] == found[1] == found[2] and len(found[0]) == 4
+    (tmp_path / 'a.dae').write_text(COLLADA)
+    names = 'binary.stl', 'text.stl', 'a.obj', 'a.dae'
+    found = [np.array(sorted(map(tuple, read_hulls(tmp_path / name)[0].corners))) for name in names]
+    assert found[0].shape == (4, 3)
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], atol=1e-6)
+
+
+def test_hulls_are_kept_by_the_content_of_the_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(mesh_files, 'CACHE_FOLDER', tmp_path / 'cache' / 'code')
+    write_stl(tmp_path / 'a.stl', box_mesh([0, 0, 0], [1.0, 1.0, 1.0]))
+    (first,) = read_hulls(tmp_path / 'a.stl')
+    with monkeypatch.context() as patched:
+        patched.setattr(mesh_files, 'make_hulls', None)
+        (tmp_path / 'a.stl').rename(tmp_path / 'b.stl')
+        assert np.array_equal(read_hulls(tmp_path / 'b.stl')[0].corners, first.corners)
+    write_stl(tmp_path / 'b.stl', box_mesh([0, 0, 0], [1.0, 1.0, 2.0]))
+    assert read_hulls(tmp_path / 'b.stl')[0].corners.max() == 2.0
+    for kept in (tmp_path / 'cache' / 'hulls').iterdir():
+        kept.write_bytes(b'broken')
+    assert read_hulls(tmp_path / 'b.stl')[0].corners.max() == 2.0
+
+
+def test_the_unit_of_a_dae_counts_for_its_triangles_too_and_one_that_makes_no_sense_is_named(tmp_path):
+    (tmp_path / 'a.dae').write_text(COLLADA)
+    (piece,) = load_shape('l', Shape('mesh', np.array([2.0, 1.0, 1.0]), file='a.dae'), tmp_path)
+    assert np.max(piece.mesh.vertices(), axis=0) == pytest.approx([2.0, 1.0, 1.0], rel=1e-6)
+    (tmp_path / 'b.dae').write_text(COLLADA.replace('0.001', '0'))
+    with pytest.raises(ModelError, match=r'b\.dae.*its unit is 0 m'):
+        load_shape('l', Shape('mesh', np.ones(3), file='b.dae'), tmp_path)
 
 
 @pytest.mark.parametrize('content', [b'', b'solid', b'\0' * 84, b'not a mesh at all' * 20])
