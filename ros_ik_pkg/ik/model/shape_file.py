@@ -27,7 +27,7 @@ def with_shapes(tree: Tree) -> Tree:
     """
     if tree.shape_file is None:
         return tree
-    path = (tree.folder or Path()) / tree.shape_file
+    where, path = f'shapes {str(tree.shape_file)!r}', (tree.folder or Path()) / tree.shape_file
     try:
         path = path.resolve(strict=True)
         if not path.is_file():  # opening a pipe would block until something writes to it
@@ -35,12 +35,12 @@ def with_shapes(tree: Tree) -> Tree:
         with path.open('rb') as file:
             robot = parse_xml(file.read(MAX_BYTES + 1))
     except (OSError, ValueError, RuntimeError) as error:  # not there, not XML, a name that no file can have
-        raise ModelError(f'shapes: cannot read {str(path)!r}: {error}') from error
+        raise ModelError(f'{where}: cannot read {str(path)!r}: {error}') from error
     found, faults = read_collisions(robot)
     if not found:
-        raise ModelError(f'shapes: {path} has no <collision>; expected <robot> with <link> elements as in a URDF')
+        raise ModelError(f'{where}: no <collision> in {path}; expected <robot> with <link> elements as in a URDF')
     for link in found:
         if link not in tree.links:
-            raise ModelError(f'shapes: {path}: link {link!r} does not exist; {suggest(link, tree.links)}')
+            raise ModelError(f'{where}: link {link!r} does not exist; {suggest(link, tree.links)}')
     shapes = {link: (*tree.shapes.get(link, ()), *found.get(link, ())) for link in {**tree.shapes, **found}}
     return replace(tree, shapes=shapes, shape_faults=(*tree.shape_faults, *faults), folder=path.parent, shape_file=path)

@@ -71,14 +71,14 @@ def test_a_mesh_is_searched_beside_the_file(tmp_path):
 
 @pytest.mark.parametrize(('shapes', 'words'), [
     ('', 'line 1, column 1: not well-formed XML'),
-    ('<robot name="two"/>', 'has no <collision>; expected <robot> with <link> elements'),
+    ('<robot name="two"/>', 'two.urdf; expected <robot> with <link> elements'),
     (SHAPES.format(f'<link name="lnk2">{BALL.format(0)}</link>'), "link 'lnk2' does not exist; did you mean link2"),
     ('<robot>' + ' ' * 40_000_000, 'bytes; at most'),
 ])
 def test_a_file_that_cannot_be_used_is_refused_by_name(tmp_path, shapes, words):
     with pytest.raises(ModelError) as caught:
         load(tmp_path, shapes)
-    assert 'shapes: ' in str(caught.value) and words in str(caught.value)
+    assert "shapes 'two.urdf': " in str(caught.value) and words in str(caught.value)
 
 
 @pytest.mark.parametrize(('file', 'reason'), [
@@ -86,7 +86,7 @@ def test_a_file_that_cannot_be_used_is_refused_by_name(tmp_path, shapes, words):
     ('"a\\0b"', 'null'),
 ])
 def test_a_file_that_is_not_there_is_refused(tmp_path, file, reason):
-    with pytest.raises(ModelError, match=f'shapes: cannot read .*{reason}'):
+    with pytest.raises(ModelError, match=f"shapes '.*': cannot read .*{reason}"):
         load(tmp_path, table=TABLE.replace('two.urdf', file))
 
 
