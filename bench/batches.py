@@ -8,9 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.bare_arm import bare_arm
 from bench.cases import make_case
 from bench.judge import Judge
-from ros_ik_pkg.ik import Arm, SolveOptions, load_arm, solve_batch
+from ros_ik_pkg.ik import Arm, SolveOptions, solve_batch
 from ros_ik_pkg.ik.search.search import HURRIED_ATTEMPTS
 
 REPEATS = 7
@@ -23,7 +24,7 @@ BATCH_HEAD = [
 
 def batch_rows(robots: Iterable[str], options: SolveOptions, count: int = POSES) -> list[list[str]]:
     """Return a row of BATCH_HEAD for each robot."""
-    return [batch_row(load_arm(robot), options, count) for robot in robots]
+    return [batch_row(bare_arm(robot), options, count) for robot in robots]
 
 
 def batch_row(arm: Arm, options: SolveOptions, count: int = POSES) -> list[str]:

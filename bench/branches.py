@@ -8,6 +8,7 @@ import time
 import numpy as np
 from tqdm import tqdm
 
+from bench.bare_arm import bare_arm
 from bench.judge import Judge
 from bench.path_judge import closed_form_branches
 from bench.peers import make_environment
@@ -183,7 +184,7 @@ def leap_rows() -> Table:
     one near the singularity of the wrist."""
     rows = []
     for name in ('ur5', 'puma560', 'panda', 'iiwa14'):
-        arm = load_arm(name)
+        arm = bare_arm(name)
         lower, upper = np.maximum(arm.lower + 0.1, -3.0), np.minimum(arm.upper - 0.1, 3.0)
         for method in METHODS:
             if method == 'transpose':  # does not converge in the iterations that it is given

@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 from tqdm import tqdm
 
+from bench.bare_arm import bare_arm
 from bench.judge import Judge
 from bench.problems import random_options, random_seeds, random_targets
 from bench.random_arms import MADE_UP, random_urdf
@@ -147,7 +148,7 @@ def make_group(random: np.random.Generator, count: int) -> Group:
 
 
 def _shipped_arm(random: np.random.Generator) -> Judge:
-    return Judge(load_arm(str(random.choice(robot_names()))))
+    return Judge(bare_arm(str(random.choice(robot_names()))))
 
 
 def _made_up_arm(random: np.random.Generator) -> Judge:

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from bench.bare_arm import bare_arm
 from bench.solver import Answer, Model, Solver
-from ros_ik_pkg.ik import METHODS, Solution, SolveOptions, load_arm, solve, warm_up
+from ros_ik_pkg.ik import METHODS, Solution, SolveOptions, solve, warm_up
 from ros_ik_pkg.ik.arm import Arm
 
 
@@ -31,5 +32,5 @@ class Ours(Solver):
 def make_ours(model: Model, options: dict[str, Any]) -> dict[str, Solver]:
     """Return a solver for every method; `options` are those of SolveOptions that are not the default."""
     warm_up(lambda text: None)
-    arm, options = load_arm(model.source), SolveOptions(**options)
+    arm, options = bare_arm(model.source), SolveOptions(**options)
     return {method: Ours(arm, replace(options, method=method)) for method in METHODS}

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from bench.bare_arm import bare_arm
 from bench.model import make_model
 from bench.path_judge import closed_form_branches, judge_path
 from bench.paths import AS_GIVEN, SEED, random_path
 from bench.peers import make_environment
 from bench.process import WorkerError, WorkerProcess
-from ros_ik_pkg.ik import Arm, PathOptions, SolveOptions, load_arm, solve_path
+from ros_ik_pkg.ik import Arm, PathOptions, SolveOptions, solve_path
 
 PEERS_HEAD = ('arm', 'solver', 'paths', 'poses missed', 'reconfigurations', 'largest step [rad]', 'per path [ms]')
 FOLLOWERS = {'ours': {'choice': 'nearest'}, 'rtb': {}, 'trac_ik': {}, 'ssik': {}}
@@ -29,7 +30,7 @@ def peer_rows(robots: tuple[str, ...], count: int, poses: int = 500) -> tuple[li
     python, faults = make_environment()
     notes, rows = [f'{library}: {reason}' for library, reason in faults.items()], []
     for name in robots:
-        arm = load_arm(name)
+        arm = bare_arm(name)
         paths = followable_paths(arm, count, poses)
         ours, seconds = [], []
         for path in tqdm(paths, desc=f'{name} solve_path', leave=False):

@@ -11,10 +11,11 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 from tqdm import tqdm
 
+from bench.bare_arm import bare_arm
 from bench.cases import bounds
 from bench.path_judge import closed_form_branches, finer, judge_path
 from bench.peers import make_environment
-from ros_ik_pkg.ik import Arm, PathOptions, SolveOptions, load_arm, solve, solve_path
+from ros_ik_pkg.ik import Arm, PathOptions, SolveOptions, solve, solve_path
 
 OPTIMUM_HEAD = ('arm', 'beside', 'paths', 'poses', 'same count', 'fewer', 'more', 'longer by 1 %', 'reached further',
                 'reached less far', 'their time')  # fmt: skip
@@ -80,7 +81,7 @@ def long_path() -> np.ndarray:
 def long_rows() -> list[tuple[str, ...]]:
     """Count the reconfigurations along long_path by default and with more samples, which find fewer if there are any
     fewer; time by the time that the core was busy, the median of RUNS."""
-    arm, poses, rows = load_arm('panda'), long_path(), []
+    arm, poses, rows = bare_arm('panda'), long_path(), []
     for samples in (PathOptions().samples, 256, 1000):
         path, seconds = PathOptions(max_reconfigurations=100, samples=samples, **AS_GIVEN), []
         for _ in range(RUNS):
@@ -101,7 +102,7 @@ def optimum_rows(count: int, poses: int = 500) -> list[tuple[str, ...]]:
         if fault := faults.get(library.partition(',')[0]):
             rows.append((name, library, fault, *[''] * (len(OPTIMUM_HEAD) - 3)))
             continue
-        arm, random = load_arm(name), np.random.default_rng(SEED)
+        arm, random = bare_arm(name), np.random.default_rng(SEED)
         paths, length = (max(2, int(share * number)) for share, number in zip(SHARES[library], (count, poses)))
         found = [compare(arm, random_path(arm, random, length), library, python)
                  for _ in tqdm(range(paths), desc=name, leave=False)]  # fmt: skip
@@ -144,7 +145,7 @@ def speed_rows(robots: Sequence[str]) -> list[tuple[str, ...]]:
     that solves pose after pose from the answer before it, in turns."""
     rows = []
     for name in robots:
-        arm = load_arm(name)
+        arm = bare_arm(name)
         for count in COUNTS:
             random = np.random.default_rng(SEED)
             path = random_path(arm, random, count)

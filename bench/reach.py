@@ -7,8 +7,9 @@ import time
 
 import numpy as np
 
+from bench.bare_arm import bare_arm
 from bench.judge import Judge
-from ros_ik_pkg.ik import Arm, ReachMap, load_arm, reach_map
+from ros_ik_pkg.ik import Arm, ReachMap, reach_map
 from ros_ik_pkg.ik.search.starts import sampling_range
 
 ROBOTS = ('ur5', 'panda')
@@ -23,7 +24,7 @@ def reach_rows(count: int) -> tuple[list[list[str]], int]:
     reached. Times are without compiling."""
     rows, wrong = [], 0
     for name in ROBOTS:
-        arm = load_arm(name)
+        arm = bare_arm(name)
         reach_map(arm, samples_count=20_000, rounds=1)  # compiles
         began, used = time.perf_counter(), time.process_time()
         found = reach_map(arm)

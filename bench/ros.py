@@ -132,7 +132,7 @@ def command_of(side: str, arm: Arm, robot: str) -> list[str]:
     """Return the command that starts one of the two nodes."""
     if side == 'echo':
         return ['bench.ros_nodes', 'echo', str(arm.n), '--ros-args']
-    parameters = f'robot:={robot}', 'seed_source:=last_solution'
+    parameters = f'robot:={robot}', 'seed_source:=last_solution', 'avoid_collisions:=false'
     return ['ros_ik_pkg.ros.ik_node', '--ros-args', *(word for text in parameters for word in ('-p', text))]
 
 

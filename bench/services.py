@@ -85,7 +85,7 @@ class Caller:
 def _command(side: str, robot: str) -> list[str]:
     if side == 'empty':
         return ['bench.ros_nodes', 'empty_service', '--ros-args']
-    return ['ros_ik_pkg.ros.ik_node', '--ros-args', '-p', f'robot:={robot}']
+    return ['ros_ik_pkg.ros.ik_node', '--ros-args', '-p', f'robot:={robot}', '-p', 'avoid_collisions:=false']
 
 
 def _requests(arm: Arm) -> Iterator[Any]:

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ros_ik_pkg.ik import Arm, SolveOptions, load_arm, solve
+from bench.bare_arm import bare_arm
+from ros_ik_pkg.ik import Arm, SolveOptions, solve
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, SERVO_OPTIONS, ServoSettings, Thresholds
 from ros_ik_pkg.ros.servo.servo import Servo, motion_limits
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand
@@ -62,7 +63,7 @@ def line_rows(picture: Path | None = None) -> list[tuple[str, ...]]:
     """Return a row for each line and servo; draw them if a picture's path is given."""
     rows, drawn = [], []
     for line in LINES:
-        arm = load_arm(line.arm)
+        arm = bare_arm(line.arm)
         limits = motion_limits(arm, SETTINGS, 1.0)
         for name, follow in (('this', _ours), ('single-step pseudoinverse', _single_step)):
             commands, said = follow(arm, line)

@@ -9,13 +9,14 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from bench.bare_arm import bare_arm
 from bench.cases import make_case
 from bench.judge import Judge
 from bench.measure import Entry, Run, check_models, run_case
 from bench.model import is_plain, make_model
 from bench.process import WorkerError, WorkerProcess
 from bench.solver import Model
-from ros_ik_pkg.ik import Arm, load_arm
+from ros_ik_pkg.ik import Arm
 
 Texts = dict[str, str]
 
@@ -24,7 +25,7 @@ def run_solves(arguments: Namespace, processes: list[WorkerProcess]) -> Iterator
     """Yield for each arm the runs, the excluded solvers with reasons, and the versions of the libraries."""
     with tempfile.TemporaryDirectory() as folder:
         for source in arguments.robots:
-            arm = load_arm(source)
+            arm = bare_arm(source)
             judge = Judge(arm)
             entries, absent, versions = load_all(processes, arm, make_model(arm, source, Path(folder)), arguments)
             check_models(judge, entries)

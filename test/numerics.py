@@ -10,7 +10,8 @@ from chains import pinocchio_tip
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from ros_ik_pkg.ik import SolveOptions, load_arm
+from bench.bare_arm import bare_arm
+from ros_ik_pkg.ik import SolveOptions
 from ros_ik_pkg.ik.kernel.data_layout import BRANCH_ROWS, Joints, Tuning, Workspace, blocks
 from ros_ik_pkg.ik.kernel.pair_layout import PairWorkspace
 from ros_ik_pkg.ik.step.methods import take_step
@@ -21,7 +22,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 law = settings(deadline=None, derandomize=True, max_examples=60)  # the same cases in every run
 few = settings(law, max_examples=30)  # where a case costs much
 
-get_arm = cache(load_arm)
+get_arm = cache(bare_arm)  # contact has tests of its own
 
 
 # Judges

@@ -62,7 +62,9 @@ def _originals(random: Random) -> list[tuple[str, str]]:
     """Return suffix and text of good files of both kinds."""
     tables = [share_path() / 'config' / 'robots' / f'{name}.yaml' for name in robot_names()]
     arms = [random_urdf(np.random.default_rng(random.getrandbits(32))) for _ in tables]
-    return [*(('.yaml', path.read_text()) for path in tables), *(('.urdf', text) for text in arms)]
+    shapes = str(share_path() / 'config' / 'shapes')  # the tables are changed in another folder
+    return [*(('.yaml', path.read_text().replace('../shapes', shapes)) for path in tables),
+            *(('.urdf', text) for text in arms)]
 
 
 def mutated(random: Random, text: str) -> str:

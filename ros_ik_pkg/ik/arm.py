@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -115,6 +116,10 @@ class Arm:
         arm = replace(self, tip_from_tool=pose, tool_frame=frame)
         object.__setattr__(arm, '_origin', self if self._origin is None else self._origin)
         return arm
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: all but the loaded shapes, which are loaded again where they are needed."""
+        return {name: value for name, value in self.__dict__.items() if name != 'contacts'}
 
     @cached_property
     def contacts(self) -> Contacts:

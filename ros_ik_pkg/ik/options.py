@@ -247,8 +247,8 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     )
     avoid_collisions: bool = option(
         True,
-        'accept only solutions in which the robot touches neither itself nor the room; needs <collision> shapes in the '
-        'URDF, or a radius in the DH table',
+        'accept only solutions in which the robot touches neither itself nor the room; needs shapes: <collision> of '
+        'the URDF, radius or shapes of the DH table',
     )
     collision_margin: float = option(
         0.0, 'distance that counts as contact', unit='m', minimum=0.0, maximum=1.0

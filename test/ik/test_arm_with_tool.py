@@ -57,7 +57,7 @@ def test_the_starts_of_searches_are_poses_of_the_tool():
     assert np.all(np.abs(np.sum(poses[:, 3:] * expected[:, 3:], axis=1)) > 1.0 - 1e-6)
 
 
-@pytest.mark.parametrize('robot', ['panda', 'ur5', 'puma560'])
+@pytest.mark.parametrize('robot', ['xarm7', 'ur5', 'puma560'])
 def test_answers_bring_the_tool_to_the_target(robot):
     arm, rng = load_arm(robot), np.random.default_rng(3)
     tooled = arm.with_tool(TOOL)

@@ -242,7 +242,7 @@ def test_lanes_are_compiled_for_a_large_batch_and_for_nothing_else():
 from ros_ik_pkg.ik import load_arm, solve, solve_batch, warm_up
 from ros_ik_pkg.ik.batch.entry import solve_lanes
 warm_up(lambda text: None)
-arm = load_arm('panda')
+arm = load_arm('xarm7')
 target = arm.forward(arm.home + 0.1)
 for count in (1, 20, 999):
     solve(arm, target) if count == 1 else solve_batch(arm, [target] * count)

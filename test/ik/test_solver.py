@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from numerics import get_arm, pinocchio_tip, random_configurations, reachable_poses
 
-from ros_ik_pkg.ik import METHODS, ArgumentError, SolveOptions, Status, solve, solve_batch, warm_up
+from ros_ik_pkg.ik import METHODS, ArgumentError, SolveOptions, Status, load_arm, solve, solve_batch, warm_up
 
 CALM = {'deadline': 0.0, 'max_attempts': 20}
 FIGURES = ('status', 'position_error', 'orientation_error', 'iterations', 'attempts', 'joint_distance')
@@ -103,10 +103,14 @@ def test_distances_that_are_huge_are_no_jump(arm, targets):
     assert solve(arm, targets[0], reference=[5e3] * 6, options=options).status is Status.CONVERGED
 
 
-def test_an_arm_that_was_pickled_solves_the_same():
-    arm = get_arm('panda')  # Pinocchio 2.7 cannot unpickle a model with an infinite limit
-    again, target = pickle.loads(pickle.dumps(arm)), pinocchio_tip(arm, arm.home + 0.3)
-    np.testing.assert_array_equal(solve(again, target).q, solve(arm, target).q)
+@pytest.mark.parametrize('load', [get_arm, load_arm], ids=['bare', 'shaped'])
+def test_an_arm_that_was_pickled_solves_the_same(load):
+    arm = load('panda')  # Pinocchio 2.7 cannot unpickle a model with an infinite limit
+    target = pinocchio_tip(arm, arm.home + 0.3)
+    solution = solve(arm, target)
+    again = pickle.loads(pickle.dumps(arm))
+    assert again.shaped == arm.shaped
+    np.testing.assert_array_equal(solve(again, target).q, solution.q)
 
 
 # Many targets

@@ -62,6 +62,8 @@ class Contacts:
         self._home, self._variables = dict(zip(variables, home)), tuple(variables)
         self._limits = lower, upper
         allowed = {} if srdf is None else read_srdf(srdf, tree)
+        if not allowed and tree.shape_file is not None:
+            allowed = read_srdf(tree.shape_file, tree)
         self._pieces, self.warnings = load_pieces(tree, [Path(folder).expanduser() for folder in meshes])
         self._bodies = make_bodies(tree, variables)
         self._bounds = bounds_of(self._bodies, lower, upper)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,12 +19,15 @@ from ros_ik_pkg.ik.contacts.coal_library import coal, hull_of
 from ros_ik_pkg.ik.contacts.mesh_parts import cut_into_parts
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
+from ros_ik_pkg.ik.text import to_number
 
 MOST_BYTES = 512 * 2**20
 MOST_TRIANGLES = 20000  # of a mesh that is cut into parts; the points of larger ones are moved to a grid
 GRID = 300  # cells along the longest side
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes
-FORMAT = 2  # version of the files in the cache folder
+FORMAT = 3  # version of the files in the cache folder
+UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']*)["\']')
+DAE_HEADER = 2**16  # bytes, in which a DAE has its unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +142,21 @@ def _read_mesh(path: Path) -> np.ndarray:
 def read_triangles(path: Path, scale: np.ndarray) -> Any:
     """Return a mesh with its own triangles, for coal; raises ModelError if coal cannot read it."""
     try:
-        return coal.MeshLoader().load(str(path), scale)
+        return coal.MeshLoader().load(str(path), scale * _unit_of(path))
     except Exception as error:
         raise ModelError(f'mesh {str(path)!r} cannot be read: {" ".join(str(error).split())}') from error
+
+
+def _unit_of(path: Path) -> float:
+    """Return the length [m] of the unit of a DAE, which RViz and Gazebo heed and coal does not; 1 for other files."""
+    if path.suffix.lower() != '.dae':
+        return 1.0
+    with path.open('rb') as file:
+        found = UNIT.search(file.read(DAE_HEADER))
+    unit = to_number(found[1].decode(errors='replace')) if found else 1.0
+    if not 0.0 < unit < math.inf:
+        raise ModelError(f'its unit is {unit:g} m; expected a positive number')
+    return unit
 
 
 def _keep(path: Path, hulls: tuple[Hull, ...]) -> None:

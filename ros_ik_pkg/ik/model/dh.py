@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from dataclasses import replace
+from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 import yaml
 
 from ros_ik_pkg.ik.exceptions import ModelError
-from ros_ik_pkg.ik.model.shapes import Shape
+from ros_ik_pkg.ik.model.shapes import LARGEST, Shape
 from ros_ik_pkg.ik.model.transforms import rotation_about, rotation_from_rpy, rotation_from_z, transform
 from ros_ik_pkg.ik.model.tree import MOVABLE, ROTARY, Joint, Tree, fault_of_name, grow
 from ros_ik_pkg.ik.text import list_names, suggest, to_number
@@ -20,7 +21,7 @@ MAX_BYTES = 2**20
 CONVENTIONS = ('standard', 'modified')
 ANGLE_UNITS = {'radians': 1.0, 'degrees': math.pi / 180.0}
 ROBOT_KEYS = ('name', 'source', 'convention', 'angles', 'base_frame', 'tip_frame', 'joints')
-ROBOT_OPTIONS = ('base', 'tool', 'home')
+ROBOT_OPTIONS = ('base', 'tool', 'home', 'shapes')
 JOINT_KEYS = ('name', 'type', 'a', 'alpha', 'd', 'theta')
 JOINT_OPTIONS = ('lower', 'upper', 'velocity', 'link', 'radius')
 NAMES = ('name', 'base_frame', 'tip_frame', 'link')
@@ -38,7 +39,8 @@ def parse_dh(text: str | bytes) -> Tree:
         theta (revolute, continuous) or to d (prismatic). `standard` is Rz(theta) Tz(d) Tx(a) Rx(alpha),
         `modified` (Craig) is Rx(alpha) Tx(a) Rz(theta) Tz(d) with alpha and a of the previous link.
         `base` (xyz, rpy) leads from base_frame to where the first row begins, `tool` from the last row to tip_frame.
-        A row with a `radius` [m] gives its links capsules for contact along a and d.
+        A row with a `radius` [m] gives its links capsules for contact along a and d. `shapes` names a file of other
+        shapes, see `shape_file`; it is not read here.
 
     Returns
     -------
@@ -69,9 +71,9 @@ def parse_dh(text: str | bytes) -> Tree:
     home = _read_home(robot, joints, unit)
     _text(robot, 'source')
     links = [joints[0].parent, *(joint.child for joint in [*joints, tip])]
-    name = _text(robot, 'name')
+    name, file = _text(robot, 'name'), Path(_text(robot, 'shapes')) if 'shapes' in robot else None
     try:
-        return replace(grow(name, links, [*joints, tip], tip.child, home), shapes=shapes)
+        return replace(grow(name, links, [*joints, tip], tip.child, home), shapes=shapes, shape_file=file)
     except ModelError as error:
         raise ModelError(f'joints: {error}') from error
 
@@ -123,8 +125,8 @@ def _add_capsules(row: yaml.Node, joint: Joint, standard: bool, shapes: dict[str
     if 'radius' not in fields:
         return
     radius, d = _number(fields, 'radius'), _number(fields, 'd')
-    if radius <= 0.0:
-        _refuse(fields['radius'], f'radius is {radius:g}; expected a positive number [m], or leave it out')
+    if not 0.0 < radius <= LARGEST:
+        _refuse(fields['radius'], f'radius is {radius:g}; expected above 0, at most {LARGEST:g} m, or leave it out')
     before = joint.origin[:3, 3] - d * joint.origin[:3, 2]  # the foot of d in the parent's frame
     segments = [(joint.parent, before, joint.origin[:3, 3])]
     if standard:

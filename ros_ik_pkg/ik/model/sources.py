@@ -11,6 +11,7 @@ from urllib.parse import unquote
 
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.model.dh import parse_dh
+from ros_ik_pkg.ik.model.shape_file import with_shapes
 from ros_ik_pkg.ik.model.tree import Tree
 from ros_ik_pkg.ik.model.urdf import MAX_BYTES, parse_urdf
 from ros_ik_pkg.ik.text import did_you_mean, list_names
@@ -69,7 +70,7 @@ def read_tree(source: str | os.PathLike[str], xacro_args: Mapping[str, str] | No
     suffix = path.suffix.lower()
     try:
         tree = READERS[suffix](_expand(path, xacro_args or {}) if suffix == '.xacro' else content)
-        return replace(tree, folder=path.parent)
+        return with_shapes(replace(tree, folder=path.parent))
     except ModelError as error:
         raise ModelError(f'{path}: {error}') from error
 

@@ -66,7 +66,7 @@ class Tree:
     """All links of a robot; `joints` come parents first. `tip` and `home` if the file names them.
 
     `shapes` are those for contact, by link, and `shape_faults` says which were left out and why; `folder` is that of
-    the file, for mesh files beside it.
+    the file, for mesh files beside it. `shape_file`: the file that a DH table names for them, see `shape_file.py`.
     """
 
     name: str
@@ -77,6 +77,7 @@ class Tree:
     shapes: Mapping[str, tuple[Shape, ...]] = field(default_factory=dict)
     shape_faults: tuple[str, ...] = ()
     folder: Path | None = None
+    shape_file: Path | None = None
 
     @cached_property
     def links(self) -> tuple[str, ...]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ros_ik_pkg.ik import World, load_arm
+from ros_ik_pkg.ik import ModelError, SolveOptions, Status, World, load_arm, solve
+from ros_ik_pkg.ik.collision.scene import contacts_of
+from ros_ik_pkg.ik.contacts import mesh_files
 from ros_ik_pkg.ik.contacts.bodies import load_shape
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.mesh_files import MOST_TRIANGLES, read_hulls
@@ -25,6 +27,16 @@ joints:
   - {{name: b, type: revolute, a: 0.25, alpha: 0.0, d: 0.1, theta: 0.0, lower: -3, upper: 3, radius: 0.04}}
   - {{name: c, type: prismatic, a: 0.0, alpha: 0.2, d: 0.1, theta: 0.0, lower: 0, upper: 1}}
 '''
+FOLDING = '''name: folding
+source: made up
+convention: standard
+angles: radians
+base_frame: base
+tip_frame: tip
+home: [0, 0.5, 0.5, 0.5]
+joints:
+''' + ''.join(f'  - {{name: j{k}, type: revolute, a: 0.3, alpha: 0, d: 0, theta: 0, lower: -2.6, upper: 2.6, '
+              'radius: 0.02}\n' for k in range(4))
 
 
 def collisions(elements):
@@ -109,6 +121,49 @@ def test_a_table_with_radius_is_checked_against_the_floor(tmp_path):
     assert arm.contacts.look(down, world).links == ('link2', 'floor')
 
 
+def test_a_solution_of_a_table_with_radius_is_clear_of_itself_by_the_bound_and_by_coal(tmp_path):
+    path = tmp_path / 'folding.yaml'
+    path.write_text(FOLDING)
+    arm, tight = load_arm(path), SolveOptions(task_weights=(1, 1, 1, 0, 0, 0), deadline=0.0)
+    room, rng = arm.contacts.room(), np.random.default_rng(2)
+    q = rng.uniform(arm.lower, arm.upper, (400, arm.n))
+    touches = np.array([not apart(arm, row) for row in q])
+    suspect = contacts_of(room.packed, q, 0.0) >= 0
+    coal_says = np.array([not room.is_clear(row) for row in q])
+    assert 0.02 < touches.mean() < 0.6
+    assert np.array_equal(coal_says, touches) and not np.any(touches & ~suspect) and np.mean(suspect[~touches]) < 0.01
+    solutions = [solve(arm, arm.forward(row), row, tight) for row in q[touches]]
+    found = [solution for solution in solutions if solution.status is Status.CONVERGED]
+    assert all(apart(arm, solution.q) for solution in found)
+    assert {solution.status for solution in solutions} <= {Status.CONVERGED, Status.COLLISION}
+    assert len(found) > 5
+
+
+def apart(arm, q):
+    """Return whether the capsules of FOLDING, segments in a plane, are apart; neighbours may touch."""
+    angles = np.cumsum(q)
+    corners = np.vstack([np.zeros(2), np.cumsum(0.3 * np.column_stack([np.cos(angles), np.sin(angles)]), axis=0)])
+    pairs = [(i, j) for i in range(4) for j in range(i + 2, 4)]
+    return all(segment_gap(corners[i : i + 2], corners[j : j + 2]) > 0.04 for i, j in pairs)
+
+
+def segment_gap(one, other):
+    """Return the distance of two segments (2, 2) in a plane."""
+    (a, b), (c, d) = one, other
+    along, across, start = b - a, d - c, c - a
+    det = along[0] * across[1] - along[1] * across[0]
+    if abs(det) > 1e-12:
+        s, t = ((start[0] * w[1] - start[1] * w[0]) / det for w in (across, along))
+        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
+            return 0.0
+    return min(point_gap(p, *seg) for p, seg in ((a, other), (b, other), (c, one), (d, one)))
+
+
+def point_gap(point, start, end):
+    t = np.clip((point - start) @ (end - start) / ((end - start) @ (end - start)), 0.0, 1.0)
+    return float(np.linalg.norm(point - start - t * (end - start)))
+
+
 def write_stl(path, triangles):
     """Write a binary STL."""
     record = np.zeros(len(triangles), dtype=[('normal', '<f4', 3), ('corners', '<f4', (3, 3)), ('rest', '<u2')])
@@ -141,7 +196,22 @@ def _points(corners):
     return points
 
 
-def test_a_text_stl_an_obj_and_a_binary_stl_are_the_same_body(tmp_path):
+COLLADA = '''<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="0.001" name="millimeter"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="12">0 0 0 1000 0 0 0 1000 0 0 0 1000</float_array><technique_common>
+<accessor source="#a" count="4" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2 0 2 3 0 3 1 1 3 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>'''
+
+
+def test_a_text_stl_an_obj_a_dae_and_a_binary_stl_are_the_same_body(tmp_path):
     triangles = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 1]],
                           [[0, 0, 0], [0, 0, 1], [1, 0, 0]], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]], float)
     write_stl(tmp_path / 'binary.stl', triangles)
@@ -149,8 +219,36 @@ def test_a_text_stl_an_obj_and_a_binary_stl_are_the_same_body(tmp_path):
                      + 'endloop\nendfacet\n' for corners in triangles)
     (tmp_path / 'text.stl').write_text(f'solid a\n{facets}endsolid a\n')
     (tmp_path / 'a.obj').write_text('v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 3 4\n')
-    found = [sorted(map(tuple, read_hulls(tmp_path / name)[0].corners)) for name in ('binary.stl', 'text.stl', 'a.obj')]
-    assert found[0] == found[1] == found[2] and len(found[0]) == 4
+    (tmp_path / 'a.dae').write_text(COLLADA)
+    names = 'binary.stl', 'text.stl', 'a.obj', 'a.dae'
+    found = [np.array(sorted(map(tuple, read_hulls(tmp_path / name)[0].corners))) for name in names]
+    assert found[0].shape == (4, 3)
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], atol=1e-6)
+
+
+def test_hulls_are_kept_by_the_content_of_the_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(mesh_files, 'CACHE_FOLDER', tmp_path / 'cache' / 'code')
+    write_stl(tmp_path / 'a.stl', box_mesh([0, 0, 0], [1.0, 1.0, 1.0]))
+    (first,) = read_hulls(tmp_path / 'a.stl')
+    with monkeypatch.context() as patched:
+        patched.setattr(mesh_files, 'make_hulls', None)
+        (tmp_path / 'a.stl').rename(tmp_path / 'b.stl')
+        assert np.array_equal(read_hulls(tmp_path / 'b.stl')[0].corners, first.corners)
+    write_stl(tmp_path / 'b.stl', box_mesh([0, 0, 0], [1.0, 1.0, 2.0]))
+    assert read_hulls(tmp_path / 'b.stl')[0].corners.max() == 2.0
+    for kept in (tmp_path / 'cache' / 'hulls').iterdir():
+        kept.write_bytes(b'broken')
+    assert read_hulls(tmp_path / 'b.stl')[0].corners.max() == 2.0
+
+
+def test_the_unit_of_a_dae_counts_for_its_triangles_too_and_one_that_makes_no_sense_is_named(tmp_path):
+    (tmp_path / 'a.dae').write_text(COLLADA)
+    (piece,) = load_shape('l', Shape('mesh', np.array([2.0, 1.0, 1.0]), file='a.dae'), tmp_path)
+    assert np.max(piece.mesh.vertices(), axis=0) == pytest.approx([2.0, 1.0, 1.0], rel=1e-6)
+    (tmp_path / 'b.dae').write_text(COLLADA.replace('0.001', '0'))
+    with pytest.raises(ModelError, match=r'b\.dae.*its unit is 0 m'):
+        load_shape('l', Shape('mesh', np.ones(3), file='b.dae'), tmp_path)
 
 
 @pytest.mark.parametrize('content', [b'', b'solid', b'\0' * 84, b'not a mesh at all' * 20])
