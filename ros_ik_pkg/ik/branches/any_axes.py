@@ -1,8 +1,8 @@
 """All branches of six revolute joints of any geometry, by the resultant of Raghavan and Roth (1993).
 
-E_2 E_3 E_4 and E_1^-1 G E_6^-1 move a point x of axis 5, and the direction of the axis, to the same place, where E_k is the
-turn of joint k and G the motion that all joints make together. That makes 14 equations without joint 5, linear in
-products of the cosines and sines of joints 1 and 6 on one side and of joints 3 and 4 on the other. Eight of them
+E_2 E_3 E_4 and E_1^-1 G E_6^-1 move a point x of axis 5, and the direction of the axis, to the same place, where E_k
+is the turn of joint k and G the motion that all joints make together. That makes 14 equations without joint 5, linear
+in products of the cosines and sines of joints 1 and 6 on one side and of joints 3 and 4 on the other. Eight of them
 eliminate joints 1 and 6. The six that are left, and the same times tan(q3 / 2), are linear in 12 products of
 tan(q3 / 2) and tan(q4 / 2), with coefficients linear in the cosine and sine of joint 2. So their determinant is a
 trigonometric polynomial of joint 2, of degree eight, and its roots are the only values that joint 2 can have.
@@ -12,13 +12,23 @@ docs/derivation.md has the details.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from ros_ik_pkg.ik.branches.axes import axis, origin
 from ros_ik_pkg.ik.branches.chain import put
-from ros_ik_pkg.ik.branches.elimination import SIZE, UNKNOWNS, back_substitute, eliminate, factor_rows, substitute_rows
+from ros_ik_pkg.ik.branches.elimination import UNKNOWNS, back_substitute, eliminate, substitute_rows
+from ros_ik_pkg.ik.branches.resultant import (
+    COLUMNS,
+    EQUATIONS,
+    MEMORY,
+    PRODUCTS,
+    correction,
+    determinant,
+    keeps_away,
+    make_resultant,
+    middle_of,
+    null_vectors,
+    tell_apart,
+)
 from ros_ik_pkg.ik.branches.subproblems import angle_onto, turn
 from ros_ik_pkg.ik.branches.trigonometric import (
     COSINES,
@@ -30,40 +40,21 @@ from ros_ik_pkg.ik.branches.trigonometric import (
     value_and_slope,
 )
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.kernel.linalg import fill
-from ros_ik_pkg.ik.kernel.numba_insides import on_stack, shaped
+from ros_ik_pkg.ik.kernel.linalg import assign, fill
+from ros_ik_pkg.ik.kernel.numba_insides import on_stack
 from ros_ik_pkg.ik.kernel.vectors import cross, dot, length, minus, plus_times, rotated
 
 NOTHING, DOUBTFUL, CERTAIN = range(3)  # what the starts of `branches_of_any_axes` are worth
-EQUATIONS = 14
-PRODUCTS = 9  # of (cos, sin, 1) of one angle and of another; with tangents, of (x^2, x, 1)
-BLOCKS = 3  # of the right sides: factors of the cosine and the sine of joint 2, and of 1
-COLUMNS = UNKNOWNS + BLOCKS * PRODUCTS
-MEMORY = EQUATIONS * COLUMNS + 2 * PRODUCTS * EQUATIONS + SIZE * (SIZE + 2) + SAMPLES * 3 + 2 * ROOTS + UNKNOWNS * 3
-
 RANK = 1e-9  # ratio of pivots from which on the elimination counts as possible
 MISFIT = 1e-9  # of the polynomial between its samples, to its largest: above, the determinant is rounding
 LEAST_NOISE = 1e-14  # of its values, to the largest
 SAFETY = 100.0  # factor on the error of a root that noise makes
-GOOD = 1e-6  # lengths of the arm: residual of a start up to which its root is not corrected
-WRONG = 1e-3  # residual from which on a start says nothing of the solution at its root
+GOOD = 1e-6  # lengths of the arm: residual of a start up to which it is next to a solution
 CORRECTIONS = 4  # of a root
+TWOFOLD = 1e-8  # of A, of numbers of about 1, up to which it takes a second vector to nothing
+NEARLY_TWOFOLD = 1e-5  # the same where rounding has torn a double root apart
+MOST = 32  # starts
 BETWEEN = 0.4  # rad: where the polynomial is compared with the determinant
-
-
-class Resultant(NamedTuple):
-    """The equations of one pose, and room to solve them."""
-
-    equations: np.ndarray  # (14, COLUMNS)
-    left: np.ndarray  # (9, 14) coefficients of joints 1 and 6
-    right: np.ndarray  # (9, 14) of joints 3 and 4
-    A: np.ndarray  # (12, 12)
-    rows: np.ndarray  # (12,) order of its rows
-    v: np.ndarray  # (12,) what it takes to nothing
-    samples: np.ndarray  # (17,) of the determinant
-    c: np.ndarray  # (17, 2) its coefficients
-    roots: np.ndarray  # (16, 2)
-    unknowns: np.ndarray  # (3, 8) order of the products of joints 1 and 6, their right sides, and their values
 
 
 @kernel
@@ -71,32 +62,20 @@ def branches_of_any_axes(chain, found):
     """Append starts to the `found` ones in chain.branches; return how many there are then, and what they are worth.
 
     CERTAIN: every isolated solution is next to one of them. DOUBTFUL: there may be others, because roots of the
-    polynomial are close together. NOTHING: the equations say nothing of this geometry.
+    polynomial are too close together. NOTHING: the equations say nothing of this geometry.
     """
-    memory = on_stack(MEMORY)
-    a = EQUATIONS * COLUMNS
-    b = a + 2 * PRODUCTS * EQUATIONS
-    d = b + SIZE * (SIZE + 2)
-    e = d + 3 * SAMPLES
-    f = e + 2 * ROOTS
-    made = Resultant(
-        shaped(memory, 0, (EQUATIONS, COLUMNS)), shaped(memory, a, (PRODUCTS, EQUATIONS)),
-        shaped(memory, a + PRODUCTS * EQUATIONS, (PRODUCTS, EQUATIONS)), shaped(memory, b, (SIZE, SIZE)),
-        shaped(memory, b + SIZE * SIZE, (SIZE,)), shaped(memory, b + SIZE * (SIZE + 1), (SIZE,)),
-        shaped(memory, d, (SAMPLES,)), shaped(memory, d + SAMPLES, (SAMPLES, 2)), shaped(memory, e, (ROOTS, 2)),
-        shaped(memory, f, (3, UNKNOWNS)),
-    )  # fmt: skip
+    made = make_resultant(on_stack(MEMORY))
     _write_sides(chain, made.left, made.right)
     _write_equations(made)
     if not eliminate(made.equations, made.unknowns[0]) > RANK or not _to_tangents(made.equations):
         return found, NOTHING
     largest = 0.0
     for k in range(SAMPLES):
-        made.samples[k] = _determinant(made, COSINES[k], SINES[k])
+        made.samples[k] = determinant(made, COSINES[k], SINES[k])
         largest = max(largest, abs(made.samples[k]))
     to_coefficients(made.samples, made.c)
     expected, _ = value_and_slope(made.c, math.cos(BETWEEN), math.sin(BETWEEN))
-    misfit = abs(_determinant(made, math.cos(BETWEEN), math.sin(BETWEEN)) - expected)
+    misfit = abs(determinant(made, math.cos(BETWEEN), math.sin(BETWEEN)) - expected)
     if not misfit <= MISFIT * largest:
         return found, NOTHING
     noise = max(LEAST_NOISE * largest, 10.0 * misfit)
@@ -109,13 +88,27 @@ def branches_of_any_axes(chain, found):
         _, slope = value_and_slope(made.c, math.cos(angle), math.sin(angle))
         real = off * abs(slope) <= SAFETY * noise
         if real or off <= math.sqrt(chain.slack):
-            angles, residual, sure = _solve_at(chain, made, k, angle)
-            if real and not (residual <= WRONG and sure):
-                worth = DOUBTFUL
-            if found < len(chain.branches):
-                found = put(chain, found, angles)
-            else:
-                worth = DOUBTFUL
+            choices, sure = 1, True
+            if null_vectors(made, angle) <= NEARLY_TWOFOLD:
+                middle, partner = middle_of(made, k)
+                if null_vectors(made, middle) <= TWOFOLD:  # two solutions have this angle in common
+                    angle, choices = middle, tell_apart(made.v, made.w)
+                    if partner != k:
+                        fill(made.roots[partner], 0.0)
+                else:
+                    null_vectors(made, angle)
+            for choice in range(choices):
+                if choice == 1:
+                    assign(made.v, made.w)
+                angles, residual = _angles_of(chain, made, angle)
+                if residual > GOOD:
+                    angles, residual, sure = _corrected(chain, made, k, angle)
+                if real and not ((residual <= GOOD and sure) or keeps_away(made, angle, off)):
+                    worth = DOUBTFUL
+                if found < MOST:
+                    found = put(chain, found, angles)
+                else:
+                    worth = DOUBTFUL
     return found, worth
 
 
@@ -161,8 +154,10 @@ def _turned(lines, k, cosine, sine, p):
 
 @inlined
 def _write_invariants(frame, p, h, row):
-    """Write p, h, p x h and (p . p) h - 2 (p . h) p in the axes of a frame, then p . p and p . h, to `row` (14,): all are
-    linear in the cosine and the sine of each joint that turns the line of h through p."""
+    """Write p, h, p x h and (p . p) h - 2 (p . h) p in the axes of a frame, then p . p and p . h, to `row` (14,).
+
+    All are linear in the cosine and the sine of each joint that turns the line of h through p.
+    """
     m, pp, ph = cross(p, h), dot(p, p), dot(p, h)
     for i in range(3):
         x, y = dot(frame[i], p), dot(frame[i], h)
@@ -202,8 +197,8 @@ def _write_equations(made):
 
 @kernel
 def _to_tangents(equations):
-    """Write the last six equations in products of (x^2, x, 1) in place of (cos, sin, 1), x being the tangent of half the
-    angle, and scale each to about 1; return False if one is empty."""
+    """Write the last six equations in products of (x^2, x, 1) in place of (cos, sin, 1), where x is the tangent of half
+    the angle, and scale each to about 1; return False if one is empty."""
     for r in range(UNKNOWNS, EQUATIONS):
         row, largest = equations[r], 0.0
         for start in range(UNKNOWNS, COLUMNS, PRODUCTS):
@@ -227,77 +222,25 @@ def _to_tangent(row, start, stride):
     row[start], row[start + stride], row[start + 2 * stride] = c - a, 2.0 * b, c + a
 
 
-@inlined
-def _write_matrix(made, cosine, sine, one):
-    """Write cosine, sine and one times their blocks of the last six equations to A, twice: times x, and as they are."""
-    A, equations = made.A, made.equations
-    for r in range(6):
-        for j in range(3):
-            A[r, PRODUCTS + j], A[6 + r, j] = 0.0, 0.0
-        for j in range(PRODUCTS):
-            column = UNKNOWNS + j
-            value = cosine * equations[UNKNOWNS + r, column] + sine * equations[UNKNOWNS + r, column + PRODUCTS]
-            value += one * equations[UNKNOWNS + r, column + 2 * PRODUCTS]
-            A[r, j], A[6 + r, 3 + j] = value, value
-
-
 @kernel
-def _determinant(made, cosine, sine):
-    """Return the determinant at an angle of joint 2, and leave A factored."""
-    _write_matrix(made, cosine, sine, 1.0)
-    return factor_rows(made.A, made.rows)
-
-
-@kernel
-def _solve_at(chain, made, root, angle):
-    """Return the six angles at a root, how far they miss the pose [lengths of the arm], and whether the root, if it was
-    corrected, is still that one."""
-    v, own = made.v, angle
-    fill(v, 1.0)
-    _determinant(made, math.cos(angle), math.sin(angle))
-    substitute_rows(made.A, made.rows, v)
-    substitute_rows(made.A, made.rows, v)
+def _corrected(chain, made, root, angle):
+    """Correct the angle of joint 2; return the six angles, how far they miss the pose [lengths of the arm], and whether
+    the root is still that one."""
     angles, residual = _angles_of(chain, made, angle)
+    determinant(made, math.cos(angle), math.sin(angle))
     for _ in range(CORRECTIONS):
+        angle -= correction(made, angle)
+        determinant(made, math.cos(angle), math.sin(angle))
+        substitute_rows(made.A, made.rows, made.v)
+        angles, residual = _angles_of(chain, made, angle)
         if residual <= GOOD:
             break
-        angle -= _correction(made, angle)
-        _determinant(made, math.cos(angle), math.sin(angle))
-        substitute_rows(made.A, made.rows, v)
-        angles, residual = _angles_of(chain, made, angle)
-    if angle == own:
-        return angles, residual, True
     x, y = math.cos(angle), math.sin(angle)
     away = math.hypot(made.roots[root, 0] - x, made.roots[root, 1] - y)
     for k in range(ROOTS):
         if k != root and math.hypot(made.roots[k, 0] - x, made.roots[k, 1] - y) <= 2.0 * away:
             return angles, residual, False
     return angles, residual, True
-
-
-@kernel
-def _correction(made, angle):
-    """Return by how much an angle is too large for A to take v to nothing (Newton's method, one component of v kept)."""
-    v, A, equations = made.v, made.A, made.equations
-    cosine, sine = math.cos(angle), math.sin(angle)
-    top = 0
-    for i in range(SIZE):
-        top = i if abs(v[i]) > abs(v[top]) else top
-    kept = v[top]
-    image = made.samples  # is free by now
-    for r in range(6):
-        upper, lower = 0.0, 0.0
-        for j in range(PRODUCTS):
-            column = UNKNOWNS + j
-            change = cosine * equations[UNKNOWNS + r, column + PRODUCTS] - sine * equations[UNKNOWNS + r, column]
-            upper += change * v[j]
-            lower += change * v[3 + j]
-        image[r], image[6 + r] = upper, lower
-    for i in range(SIZE):
-        v[i] = image[i]
-    scale = substitute_rows(A, made.rows, v)
-    step = scale * kept / v[top] if v[top] != 0.0 else 0.0
-    return step if abs(step) < 0.1 else 0.0
 
 
 @kernel

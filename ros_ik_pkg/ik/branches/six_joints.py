@@ -20,7 +20,7 @@ from ros_ik_pkg.ik.branches.circles import meet_circles
 from ros_ik_pkg.ik.branches.subproblems import angle_onto, component, turn, two_angles
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 from ros_ik_pkg.ik.kernel.data_layout import BRANCH_ROWS
-from ros_ik_pkg.ik.kernel.linalg import fill
+from ros_ik_pkg.ik.kernel.linalg import assign, fill
 from ros_ik_pkg.ik.kernel.vectors import dot, minus, plus_times, rotated, rotated_back
 from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.kinematics.pose_error import difference
@@ -66,9 +66,13 @@ def find_branches(geometry, scale, task, tuning, reference, work):
     if kind == NO_KIND or off > EXACT:
         count, worth = branches_of_any_axes(chain, 0)
         if worth != CERTAIN:
+            chain, before = from_other_end(chain), count
+            count, worth = branches_of_any_axes(chain, before)
             chain = from_other_end(chain)
-            count, worth = branches_of_any_axes(chain, count)
-            chain = from_other_end(chain)
+            if worth == CERTAIN:
+                for k in range(before, count):
+                    assign(work.branches[k - before], work.branches[k])
+                count -= before
         if worth == CERTAIN:
             return count, most
         if kind == NO_KIND:
