@@ -35,6 +35,7 @@ JACO2 = (
 TABLES = {'crx_10ia_l': CRX_10IA_L, 'xarm6': XARM6, 'gen3_lite': GEN3_LITE, 'jaco2': JACO2}
 STARTS, STEPS = 240, 40  # of the Newton iterations at each pose
 BLOCK = 50  # poses at a time
+CALLS = 5  # of each pose; the time is that of the quickest
 LONGEST = 0.5  # rad of a joint in a step
 THERE = 1e-9  # m, rad
 
@@ -44,7 +45,7 @@ def any_table(count: int) -> tuple[tuple[str, str, Table], int]:
     text = (
         'choice: all on arms of no closed form, beside what damped Newton iterations on the placements of '
         f"Pinocchio's model find from {STARTS} random starts each, and the configuration of the pose. missing there: "
-        'of poses with a proof.'
+        f'of poses with a proof. The time is the least of {CALLS} calls.'
     )
     rows, faults = [], 0
     for arm in tqdm(arms_of_no_closed_form(), leave=False):
@@ -91,9 +92,9 @@ def any_row(arm: Arm, q: np.ndarray, seeds: np.ndarray, random: np.random.Genera
         rows = slice(begin, begin + BLOCK)
         for pose, seed, known in zip(poses[rows], seeds[rows], by_chance(judge, poses[rows], q[rows], random)):
             known = distinct(within(arm, known, seed))
-            answer, seconds = timed(arm, pose, seed, options)
+            answer, _ = timed(arm, pose, seed, options)
             ours = answer.solutions
-            times.append(1e6 * seconds)
+            times.append(1e6 * min(timed(arm, pose, seed, options)[1] for _ in range(CALLS)))
             total, most = total + len(known), max(most, len(ours))
             missing = int((gaps(known, ours).min(axis=1, initial=np.inf) >= SAME).sum())
             listed += len(known) - missing
