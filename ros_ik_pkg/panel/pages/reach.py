@@ -45,7 +45,8 @@ class ReachPage(Page):
         gui.add_button(texts['map reach'], color='gray').on_click(lambda _: self._tools.later(self.ask))
         self._switch = gui.add_checkbox(texts['show reach'], self._shown)
         self._tools.on(self._switch, self.choose)
-        self._choice = gui.add_dropdown(texts['colour by'], [texts[name] for name in FIGURES], texts[self._figure])
+        names = [texts[name] for name in FIGURES]
+        self._choice = gui.add_dropdown(texts['colour by'], names, initial_value=texts[self._figure])
         self._tools.on(self._choice, self.colour_by)
         self._slider = gui.add_slider(texts['cut'], -1.0, 1.0, 0.01, -1.0, disabled=True)
         self._tools.on(self._slider, self.cut_at)
