@@ -1,10 +1,10 @@
 """All branches of six revolute joints: starts for descents, and how many there can be.
 
-Two kinds of arms have a closed form, each from base to tip or from tip to base: the last three axes meet in a point (a
-spherical wrist, Pieper 1968), or axes two, three and four are parallel (Universal Robots). For both, the angle of the first joint
-and that of one other joint follow from two equations that are linear in their cosines and sines, with at most four
-solutions; each of them leaves two choices, for the wrist or for the elbow. All other axes are solved by a resultant
-(`any_axes.py`). docs/derivation.md derives both.
+Two kinds of arms have a closed form, each from base to tip or from tip to base: the last three axes meet in a point
+(a spherical wrist, Pieper 1968), or axes two, three and four are parallel (Universal Robots). For both, the angle of
+the first joint and that of one other joint follow from two equations that are linear in their cosines and sines, with
+at most four solutions; each of them leaves two choices, for the wrist or for the elbow. All other axes are solved by
+a resultant (`any_axes.py`). docs/derivation.md derives both.
 
 The angles are exact up to rounding if the axes are. They are starts all the same: descents by the selected method bring
 each of them to the target, and the search judges the outcome as any other.
