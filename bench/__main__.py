@@ -242,11 +242,14 @@ def measure(arguments: argparse.Namespace, report: Report) -> int:
         for title, text, table in (*ros_rows(arguments.robots[0]), *service_rows(arguments.robots[0])):
             report.add(title, text, table)
     if arguments.branches:
+        from bench.any_branches import any_table
         from bench.branches import branch_tables
 
         tables, faults = branch_tables(arguments.branches)
-        for title, text, table in tables:
+        table_of_any, missing = any_table(max(1, arguments.branches // 10))
+        for title, text, table in (*tables, table_of_any):
             report.add(title, text, table)
+        faults += missing
     return faults
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -25,6 +25,9 @@ from ros_ik_pkg.ik.search.ordered_starts import make_ordered_starts
 from ros_ik_pkg.ik.search.reach import make_reach
 from ros_ik_pkg.ik.search.starts import COUNT, make_starts
 from ros_ik_pkg.ik.text import list_names, suggest
+
+if TYPE_CHECKING:
+    from ros_ik_pkg.ik.reachability.reach_map import ReachMap
 
 DATA_LOCK = Lock()  # guards Arm._data
 
@@ -149,7 +152,7 @@ class Arm:
         return Geometry(*(getattr(self, name) for name in Geometry._fields))._replace(placements=placements)
 
     @cached_property
-    def reach(self) -> Reach:
+    def reach_bound(self) -> Reach:
         """A sphere that the arm cannot leave."""
         return make_reach(self.geometry)
 
@@ -159,9 +162,9 @@ class Arm:
         origin = self._origin
         if origin is not None:
             moved = np.linalg.solve(origin.tip_from_tool, self.tip_from_tool)
-            return pack_model(self.geometry, moved_reach(origin.reach, moved), moved_starts(origin.starts, moved))
-        alone = pack_model(self.geometry, self.reach, np.empty((self.n + 7, 0), np.float32))
-        return pack_model(self.geometry, self.reach, make_starts(self.geometry, alone))
+            return pack_model(self.geometry, moved_reach(origin.reach_bound, moved), moved_starts(origin.starts, moved))
+        alone = pack_model(self.geometry, self.reach_bound, np.empty((self.n + 7, 0), np.float32))
+        return pack_model(self.geometry, self.reach_bound, make_starts(self.geometry, alone))
 
     @property
     def starts(self) -> np.ndarray:
@@ -171,7 +174,7 @@ class Arm:
     @cached_property
     def ordered_starts(self) -> tuple[np.ndarray, np.ndarray]:
         """Where descents begin if rows are wished for only (see `ordered_starts.make_ordered_starts`)."""
-        return make_ordered_starts(self.geometry, self.packed, float(self.reach.lengths[1]))
+        return make_ordered_starts(self.geometry, self.packed, float(self.reach_bound.lengths[1]))
 
     def forward(self, q: ArrayLike) -> np.ndarray:
         """Pose (4, 4) of the tool, or of the tip frame without a tool, in the base frame at q (n,) [rad, m]."""
@@ -182,6 +185,12 @@ class Arm:
     def jacobian(self, q: ArrayLike) -> np.ndarray:
         """Geometric Jacobian (6, n) in base axes, rows [v; w], at q (n,) [rad, m]."""
         return geometric_jacobian(self.packed, self._check(q))
+
+    def reach(self, **settings: Any) -> ReachMap:
+        """Map what the arm can reach, with the settings, defaults and errors of `reach_map`."""
+        from ros_ik_pkg.ik.reachability.reach_map import reach_map  # it is above: see docs/architecture.md
+
+        return reach_map(self, **settings)
 
     def base_from_frame(self, frame: str, positions: Mapping[str, float]) -> np.ndarray:
         """Pose of any frame of the robot in the base frame.

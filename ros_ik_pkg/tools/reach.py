@@ -14,6 +14,7 @@ from ros_ik_pkg.compare.command import picture
 from ros_ik_pkg.compare.progress import progress_bar
 from ros_ik_pkg.ik import Arm, IkError, ReachMap, SolveOptions, World, load_arm, rank_placements, reach_map, warm_up
 from ros_ik_pkg.ik.reachability import placement
+from ros_ik_pkg.ik.reachability.figures import MEANINGS, end_of_scale, position_figure, position_figures, red_to_blue
 from ros_ik_pkg.ik.reachability.reach_map import CHUNKS, ROUNDS, SAMPLES
 from ros_ik_pkg.tools.path_files import read_path_file
 
@@ -32,6 +33,8 @@ def arguments() -> argparse.ArgumentParser:
     add('--plot', type=picture, metavar='FILE.png', help='picture: three slices and a cloud')
     add('--npz', type=Path, metavar='FILE', help='the whole map for NumPy (ros_ik_pkg.ik.load_reach_map)')
     add('--ply', type=Path, metavar='FILE', help='the positions as a coloured point cloud')
+    add('--colour', choices=MEANINGS, default='share',
+        help='what the colours of the picture and the point cloud show (default: %(default)s)')
     grid = parser.add_argument_group('the map')
     grid.add_argument('--step', type=float, help='edge of a cell [m] (default: a 21st of the diameter of the reach)')
     grid.add_argument('--parts', type=int, default=3,
@@ -78,11 +81,11 @@ def write_map(arm: Arm, given: argparse.Namespace, options: SolveOptions) -> Non
     if given.plot:
         from ros_ik_pkg.tools.reach_picture import save_picture  # only pictures need matplotlib
 
-        save_picture(given.plot, arm.name, found)
+        save_picture(given.plot, arm.name, found, given.colour)
     if given.npz:
         found.save(given.npz)
     if given.ply:
-        write_ply(given.ply, found)
+        write_ply(given.ply, found, given.colour)
     for path in filter(None, (given.plot, given.npz, given.ply)):
         print(f'wrote {path}', file=sys.stderr)
 
@@ -102,16 +105,20 @@ def summary(arm: Arm, found: ReachMap, seconds: float) -> str:
     )
 
 
-def write_ply(path: Path, found: ReachMap) -> None:
-    """Write the reached positions as a point cloud (PLY, ASCII), from red, few rotations, to blue, all of them."""
-    share = found.share
-    points, values = found.centres()[share > 0.0], share[share > 0.0]
-    colours = np.round(255 * np.stack([1.0 - values, 0.4 + 0.2 * values, values], -1)).astype(int)
-    head = ['ply', 'format ascii 1.0', f'element vertex {len(points)}', *(f'property float {name}' for name in 'xyz'),
-            *(f'property uchar {name}' for name in ('red', 'green', 'blue')), 'property float share',
-            'end_header']  # fmt: skip
-    rows = [f'{x:.6g} {y:.6g} {z:.6g} {r} {g} {b} {s:.6g}'
-            for (x, y, z), (r, g, b), s in zip(points.tolist(), colours.tolist(), values.tolist())]  # fmt: skip
+def write_ply(path: Path, found: ReachMap, colour: str) -> None:
+    """Write the reached positions and their figures as a point cloud (PLY, ASCII), from red, where the one that is
+    chosen is 0, to blue."""
+    reached = found.share > 0.0
+    chosen, figures = position_figure(found, colour)[reached], position_figures(found)
+    colours = np.round(255 * red_to_blue(chosen, end_of_scale(colour, chosen))).astype(int)
+    head = ['ply', 'format ascii 1.0', f'element vertex {len(chosen)}', *(f'property float {name}' for name in 'xyz'),
+            *(f'property uchar {name}' for name in ('red', 'green', 'blue')),
+            *(f'property float {name}' for name in figures), 'end_header']  # fmt: skip
+    values = np.stack([figure[reached] for figure in figures.values()], -1)
+    rows = [
+        ' '.join([*(f'{x:.6g}' for x in point), *map(str, channels), *(f'{value:.6g}' for value in row)])
+        for point, channels, row in zip(found.centres()[reached].tolist(), colours.tolist(), values.tolist())
+    ]
     path.write_text('\n'.join([*head, *rows, '']))
 
 

@@ -44,8 +44,8 @@ def test_an_arm_with_a_tool_is_the_arm_of_a_urdf_that_has_it(seed):
     expected = pinocchio_pose(with_link(text, TOOL), 'base', 'held', joint_positions(arm, q))
     np.testing.assert_allclose(arm.forward(q), expected, atol=EXACT)
     np.testing.assert_allclose(arm.jacobian(q), by_urdf.jacobian(q), atol=EXACT)
-    np.testing.assert_allclose(arm.reach.lengths, by_urdf.reach.lengths, atol=EXACT)
-    np.testing.assert_allclose(arm.reach.in_tip, by_urdf.reach.in_tip, atol=EXACT)
+    np.testing.assert_allclose(arm.reach_bound.lengths, by_urdf.reach_bound.lengths, atol=EXACT)
+    np.testing.assert_allclose(arm.reach_bound.in_tip, by_urdf.reach_bound.in_tip, atol=EXACT)
     np.testing.assert_allclose(arm.base_from_frame('tool', joint_positions(arm, q)), expected, atol=EXACT)
 
 

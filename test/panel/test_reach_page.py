@@ -56,5 +56,10 @@ def test_the_map_of_the_node_is_drawn_and_cut_and_a_click_sends_the_arm_there(sh
         tip = shown.panel._arm.forward(shown.panel._scene._goal)[:3, 3]
         assert np.abs(tip - clicked).max() <= 0.5 * reach._edge / 0.45 + 1e-3
     shown.page.get_by_test_id('reach').filter(has_text='% of the rotations').wait_for()
+    by_share = reach._drawing._cubes.batched_colors
+    reach._choice.value = 'smallest singular value'
+    reach.colour_by('smallest singular value')
+    shown.page.get_by_test_id('reach').filter(has_text='smallest singular value. Click one').wait_for()
+    assert not np.array_equal(reach._drawing._cubes.batched_colors, by_share)
     shown.page.get_by_label('Show it').uncheck()
     shown.wait(lambda: not len(reach._drawing.positions), 'nothing drawn')

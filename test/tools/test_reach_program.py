@@ -37,6 +37,26 @@ def test_a_map_is_summed_up_and_written_to_every_kind_of_file(tmp_path):
     np.testing.assert_allclose(rows[:, :3], found.centres()[found.share > 0.0], atol=1e-5)
 
 
+def test_the_colours_show_what_is_asked_for(tmp_path):
+    pytest.importorskip('matplotlib')
+    seen = {}
+    for colour in ('share', 'sigma_min'):
+        files = [tmp_path / f'{colour}{suffix}' for suffix in ('.png', '.ply')]
+        done = run('--robot', 'ur5', *QUICK, '--colour', colour, '--plot', str(files[0]), '--ply', str(files[1]))
+        assert done.returncode == 0, done.stderr
+        lines = files[1].read_text().splitlines()
+        rows = np.array([line.split() for line in lines[lines.index('end_header') + 1 :]], dtype=float)
+        assert lines[lines.index('end_header') - 2 : lines.index('end_header')] == [
+            'property float share', 'property float sigma_min']  # fmt: skip
+        shown = rows[:, 6 if colour == 'share' else 7]
+        end = 1.0 if colour == 'share' else shown.max()
+        np.testing.assert_allclose(rows[:, 5], 255.0 * shown / end, atol=1.0)  # blue
+        seen[colour] = files[0].read_bytes()
+    assert seen['share'] != seen['sigma_min']
+    done = run('--robot', 'ur5', *QUICK, '--colour', 'clearance', '--ply', str(tmp_path / 'no.ply'))
+    assert done.returncode == 1 and 'the map has no clearance' in done.stderr
+
+
 def test_a_floor_takes_cells_away_from_a_robot_with_shapes_only(tmp_path):
     text = (
         '<robot name="post"><link name="a"/><link name="b"><collision><origin xyz="0 0 0.25"/><geometry>'

@@ -1,9 +1,10 @@
-"""All branches of six revolute joints whose axes allow a closed form: starts for descents, and how many there can be.
+"""All branches of six revolute joints: starts for descents, and how many there can be.
 
-Two kinds of arms are known, each from base to tip or from tip to base: the last three axes meet in a point (a spherical
-wrist, Pieper 1968), or axes two, three and four are parallel (Universal Robots). For both, the angle of the first joint
-and that of one other joint follow from two equations that are linear in their cosines and sines, with at most four
-solutions; each of them leaves two choices, for the wrist or for the elbow. docs/derivation.md derives it.
+Two kinds of arms have a closed form, each from base to tip or from tip to base: the last three axes meet in a point
+(a spherical wrist, Pieper 1968), or axes two, three and four are parallel (Universal Robots). For both, the angle of
+the first joint and that of one other joint follow from two equations that are linear in their cosines and sines, with
+at most four solutions; each of them leaves two choices, for the wrist or for the elbow. All other axes are solved by
+a resultant (`any_axes.py`). docs/derivation.md derives both.
 
 The angles are exact up to rounding if the axes are. They are starts all the same: descents by the selected method bring
 each of them to the target, and the search judges the outcome as any other.
@@ -12,21 +13,19 @@ each of them to the target, and the search judges the outcome as any other.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
-from ros_ik_pkg.ik.branches.axes import NO_KIND, WRIST, axis, feet, kind_of, origin, turn_round
+from ros_ik_pkg.ik.branches.any_axes import CERTAIN, branches_of_any_axes
+from ros_ik_pkg.ik.branches.axes import NO_KIND, WRIST, axis, feet, kind_of, origin
+from ros_ik_pkg.ik.branches.chain import JOINTS, Chain, from_other_end, put, reference_of, with_slack
 from ros_ik_pkg.ik.branches.circles import meet_circles
 from ros_ik_pkg.ik.branches.subproblems import angle_onto, component, turn, two_angles
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.kernel.data_layout import BRANCH_ROWS, Geometry
-from ros_ik_pkg.ik.kernel.linalg import fill
+from ros_ik_pkg.ik.kernel.data_layout import BRANCH_ROWS
+from ros_ik_pkg.ik.kernel.linalg import assign, fill
 from ros_ik_pkg.ik.kernel.vectors import dot, minus, plus_times, rotated, rotated_back
 from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.kinematics.pose_error import difference
 
-JOINTS = 6
 PAIRS = BRANCH_ROWS - 4  # row of the memory at which the pairs of angles begin
 UNKNOWN, STARTS, FAMILY, COMPLETE = range(4)  # what is known of the branches that were found, see find_branches
 
@@ -34,23 +33,6 @@ EXACT = 2e-5  # rad, or lengths of the arm: so far axes may be off in an exact g
 COARSEST = 1e-3  # rad, or lengths of the arm: with larger tolerances more than the branches of the pose are solutions
 MARGIN = 10.0  # factor on the tolerance: an equation that misses a solution by less may have one within tolerance
 NEAR_LIMIT = 100.0  # factor too: an angle that is outside the limits by less becomes a start at the limit
-TURN = 2.0 * math.pi
-
-
-class Chain(NamedTuple):
-    """Six axes in the order in which they are solved, and where the solutions go."""
-
-    lines: np.ndarray  # (6, 6) direction and point of each, where all joints are zero [lengths of the arm]
-    G: tuple[float, ...]  # rotation and
-    t: tuple[float, ...]  # translation of the motion that the joints have to make together
-    near: float  # by how much angles may be outside the limits [rad]
-    slack: float  # by which equations may be missed
-    free: float  # lever up to which an angle counts as free
-    backwards: bool  # whether the first axis is the one at the tip
-    geometry: Geometry
-    bounded: bool  # whether limits count
-    reference: np.ndarray  # (n,) [rad]
-    branches: np.ndarray  # (BRANCH_ROWS, 6) out [rad]
 
 
 @kernel
@@ -58,8 +40,9 @@ def find_branches(geometry, scale, task, tuning, reference, work):
     """Write starts (k, 6) within the limits to work.branches; return k, and what is known of them.
 
     COMPLETE: every solution is next to one of them; without any there is none. FAMILY: so it is, but the pose is
-    singular: solutions form a continuous family, of which a start is near the reference. STARTS: the axes are not
-    quite as the closed form needs them, so there may be others. UNKNOWN: there are none of this arm or task.
+    singular: solutions form a continuous family, of which a start is near the reference. STARTS: there may be others,
+    because the axes are not quite as a closed form needs them, or solutions are close together. UNKNOWN: there are
+    none of this arm or task.
     `scale` is the length of the arm [m].
     """
     if not (task.plain > 0.0 and six_turning(geometry)):
@@ -71,25 +54,36 @@ def find_branches(geometry, scale, task, tuning, reference, work):
         for i in range(3, 6):
             lines[k, i] /= scale
     kind, backwards, off = kind_of(lines)
-    if kind == NO_KIND:
-        return 0, UNKNOWN
     tolerance = max(tuning.position_tolerance / scale, tuning.orientation_tolerance)
-    miss = min(tolerance, COARSEST) + off
+    miss = min(tolerance, COARSEST)
     G = difference(task.R, R)
     moved = rotated(G, p)
     t = (task.p[0] - moved[0]) / scale, (task.p[1] - moved[1]) / scale, (task.p[2] - moved[2]) / scale
-    if backwards:
-        turn_round(lines)
-        G = (G[0], G[3], G[6], G[1], G[4], G[7], G[2], G[5], G[8])
-        t = rotated(G, (-t[0], -t[1], -t[2]))
     chain = Chain(
-        lines, G, t, NEAR_LIMIT * miss, MARGIN * miss, 0.5 * tolerance, backwards, geometry,
-        tuning.respect_limits > 0.0, reference, work.branches,
+        lines, G, t, NEAR_LIMIT * miss, MARGIN * miss, 0.5 * tolerance, False, geometry, tuning.respect_limits > 0.0,
+        reference, work.branches,
     )  # fmt: skip
+    most = COMPLETE if tolerance <= COARSEST else STARTS
+    if kind == NO_KIND or off > EXACT:
+        count, worth = branches_of_any_axes(chain, 0)
+        if worth != CERTAIN:
+            chain, before = from_other_end(chain), count
+            count, worth = branches_of_any_axes(chain, before)
+            chain = from_other_end(chain)
+            if worth == CERTAIN:
+                for k in range(before, count):
+                    assign(work.branches[k - before], work.branches[k])
+                count -= before
+        if worth == CERTAIN:
+            return count, most
+        if kind == NO_KIND:
+            return count, STARTS if count > 0 else UNKNOWN
+        most = STARTS
+    chain = with_slack(chain, NEAR_LIMIT * (miss + off), MARGIN * (miss + off))
+    if backwards:
+        chain = from_other_end(chain)
     count, single = branches_by_wrist(chain, work.rhs) if kind == WRIST else branches_by_parallel(chain, work.rhs)
-    if off > EXACT or tolerance > COARSEST:
-        return count, STARTS
-    return count, COMPLETE if single else FAMILY
+    return count, most if single or most == STARTS else FAMILY
 
 
 @kernel
@@ -190,40 +184,6 @@ def branches_by_parallel(chain, roots):
                 q2, single = reference_of(chain, 1), False
             found = put(chain, found, (q1, q2, q3, sum_of_three - q2 - q3, q5, -back))
     return found, single
-
-
-@kernel
-def put(chain, found, angles):
-    """Append a branch, at the whole turns within the limits that are nearest to the reference, unless it is outside of
-    them; return the number of branches."""
-    geometry, row = chain.geometry, chain.branches[found]
-    for k in range(JOINTS):
-        i = JOINTS - 1 - k if chain.backwards else k
-        q = angles[k] * geometry.multiplier[i] * (-1.0 if chain.backwards else 1.0)
-        q += TURN * math.floor((chain.reference[i] - q) / TURN + 0.5)
-        lower, upper = geometry.lower[i], geometry.upper[i]
-        if q > upper:
-            q -= TURN * math.ceil((q - upper) / TURN)
-            if q < lower:  # between the limits, the long way round
-                q = q + TURN if q + TURN - upper < lower - q else q
-        elif q < lower:
-            q += TURN * math.ceil((lower - q) / TURN)
-            if q > upper:
-                q = q - TURN if lower - (q - TURN) < q - upper else q
-        if chain.bounded:
-            if q < lower - chain.near or q > upper + chain.near:
-                return found
-            q = min(max(q, lower), upper)
-        row[i] = q
-    return found + 1
-
-
-@inlined
-def reference_of(chain, k):
-    """Return the angle of an axis at the reference."""
-    i = JOINTS - 1 - k if chain.backwards else k
-    angle = chain.reference[i] * chain.geometry.multiplier[i]
-    return -angle if chain.backwards else angle
 
 
 @inlined

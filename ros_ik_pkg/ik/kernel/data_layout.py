@@ -20,7 +20,7 @@ from ros_ik_pkg.methods import option_names
 
 TRACE_WIDTH = len(TRACE_COLUMNS)
 HEADER = 3  # numbers before the parts of a packed arm
-BRANCH_ROWS = 12  # of Workspace.branches
+BRANCH_ROWS = 36  # of Workspace.branches: twice 16 starts, and four pairs of angles
 
 
 # Shapes of arrays: nj joints, n variables. A block of memory holds all arrays of one shape, and the fields of the

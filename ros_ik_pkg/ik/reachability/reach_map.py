@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik.arm import Arm
+from ros_ik_pkg.ik.collision.scene import clearances_of
 from ros_ik_pkg.ik.exceptions import ArgumentError
+from ros_ik_pkg.ik.kernel.data_layout import packed_size
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.reachability.aiming import mark_aimed
 from ros_ik_pkg.ik.reachability.cells import FACES, rotation_centres, rotation_neighbours
@@ -48,6 +50,7 @@ class ReachMap:
     cells: np.ndarray  # (k,) int64, ascending: the cells that are reached
     q: np.ndarray  # (k, n) a configuration for each of them [rad, m]
     sigma_min: np.ndarray  # (k,) smallest singular value of the Jacobian there
+    clearance: np.ndarray  # (k,) lower bound of its distance from contact [m]; NaN if contact does not count
 
     @property
     def rotations(self) -> int:
@@ -63,9 +66,19 @@ class ReachMap:
     @property
     def best_sigma_min(self) -> np.ndarray:
         """The largest sigma_min at each position (nx, ny, nz); NaN where nothing is reached."""
-        best = np.full(math.prod(self.shape), -np.inf)
-        np.maximum.at(best, self.cells // self.rotations, self.sigma_min)
-        return np.where(np.isfinite(best), best, np.nan).reshape(self.shape)
+        return self._largest(self.sigma_min)
+
+    @property
+    def best_clearance(self) -> np.ndarray:
+        """The largest clearance at each position (nx, ny, nz) [m]; NaN where nothing is reached or contact does not
+        count."""
+        return self._largest(self.clearance)
+
+    def _largest(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest of the values (k,) of the cells at each position (nx, ny, nz); NaN where there is none."""
+        best = np.full(math.prod(self.shape), np.nan)
+        np.fmax.at(best, self.cells // self.rotations, values)
+        return best.reshape(self.shape)
 
     def centres(self) -> np.ndarray:
         """Return the middles (nx, ny, nz, 3) of the position cells in the base frame [m]."""
@@ -103,6 +116,7 @@ def load_reach_map(path: str | os.PathLike[str]) -> ReachMap:
     return ReachMap(
         tuple(map(str, values['joint_names'])), str(values['base_frame']), values['corner'], float(values['step']),
         (x, y, z), int(values['parts']), values['cells'], values['q'], values['sigma_min'],
+        values['clearance'],
     )  # fmt: skip
 
 
@@ -326,5 +340,9 @@ class _Work:
         q = self._q[self._index[cells]]
         looks = pool.map(lambda rows: look_at(problem.model, rows, *self._grid), np.array_split(q, CHUNKS))
         sigmas = np.concatenate([sigma for _, sigma in looks])
+        scene, clearances = problem.model[packed_size(problem.model) :], np.full(len(q), np.nan)
+        if len(scene):
+            parts = pool.map(lambda rows: clearances_of(scene, rows)[:, 0], np.array_split(q, CHUNKS))
+            clearances = np.concatenate(list(parts))
         return ReachMap(problem.joint_names, problem.base_frame, problem.corner, problem.step, problem.shape,
-                        problem.parts, cells, q, sigmas)  # fmt: skip
+                        problem.parts, cells, q, sigmas, clearances)  # fmt: skip

@@ -206,12 +206,18 @@ _TEXTS = {
         'Węzeł wyznacza zasięg ramienia w kilkanaście sekund; za pierwszym razem na maszynie trwa to dłużej.',
     ),
     'reach known': (
-        '{count} positions, from red (few rotations) to blue (all). Click one: the arm goes there.',
-        'Pozycji: {count}, od czerwonych (mało obrotów) do niebieskich (wszystkie). Kliknij: ramię tam pojedzie.',
+        '{count} positions, from red (0) to blue ({end}): {figure}. Click one: the arm goes there.',
+        'Pozycji: {count}, od czerwonych (0) do niebieskich ({end}): {figure}. Kliknij: ramię tam pojedzie.',
     ),
     'reach at': (
-        '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % of the rotations', '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % obrotów',
+        '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % of the rotations, smallest singular value {sigma:.3f}',
+        '{x:.2f} {y:.2f} {z:.2f} m: {share:.0f} % obrotów, najmniejsza wartość osobliwa {sigma:.3f}',
     ),
+    'reach gap': ('clearance {gap:.3f} m', 'odstęp {gap:.3f} m'),
+    'colour by': ('Colour by', 'Kolor według'),
+    'share': ('share of the rotations', 'część obrotów'),
+    'sigma_min': ('smallest singular value', 'najmniejsza wartość osobliwa'),
+    'clearance': ('clearance', 'odstęp'),
     # Lessons
     'newton': ('Newton in one dimension', 'Newton w jednym wymiarze'),
     'newton text': (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from html import escape
 
 import numpy as np
@@ -10,10 +11,13 @@ from geometry_msgs.msg import Pose, PoseArray
 from visualization_msgs.msg import MarkerArray
 
 from ros_ik_pkg.ik import Arm
+from ros_ik_pkg.ik.reachability.figures import red_to_blue
 from ros_ik_pkg.panel.drawing.reach_drawing import ReachDrawing
 from ros_ik_pkg.panel.pages.page import Page, Tools
 from ros_ik_pkg.ros.input.pose import stamp_text
 from ros_ik_pkg.ros.interface import topics
+
+FIGURES = ('share', 'sigma_min', 'clearance')  # in the order of the menu
 
 
 class ReachPage(Page):
@@ -25,8 +29,10 @@ class ReachPage(Page):
         super().__init__(tools)
         self._answer = ''  # of the service, while the map is awaited
         self._stamps = ['', '']  # of cubes and poses
-        self._positions = self._colours = np.empty((0, 3))
-        self._shares = np.empty(0)
+        self._positions = np.empty((0, 3))
+        self._parts: dict[str, np.ndarray] = {}  # of the largest value, 0 to 1, by the figure's name
+        self._ends: dict[str, float] = {}  # the largest values
+        self._figure = 'share'
         self._poses: list[Pose] = []
         self._edge, self._cut = 0.0, -np.inf  # m
         self._shown, self._clicked = False, -1
@@ -39,6 +45,9 @@ class ReachPage(Page):
         gui.add_button(texts['map reach'], color='gray').on_click(lambda _: self._tools.later(self.ask))
         self._switch = gui.add_checkbox(texts['show reach'], self._shown)
         self._tools.on(self._switch, self.choose)
+        names = [texts[name] for name in FIGURES]
+        self._choice = gui.add_dropdown(texts['colour by'], names, initial_value=texts[self._figure])
+        self._tools.on(self._choice, self.colour_by)
         self._slider = gui.add_slider(texts['cut'], -1.0, 1.0, 0.01, -1.0, disabled=True)
         self._tools.on(self._slider, self.cut_at)
         self._words = gui.add_html('')
@@ -66,10 +75,10 @@ class ReachPage(Page):
         self._say()
 
     def _take_cubes(self, message: MarkerArray) -> None:
-        (cubes,) = message.markers
+        cubes = message.markers[0]
         self._positions = np.array([[p.x, p.y, p.z] for p in cubes.points]).reshape(-1, 3)
-        colours = np.array([[c.r, c.g, c.b] for c in cubes.colors]).reshape(-1, 3)
-        self._colours, self._shares = (255.0 * colours).round().astype(np.uint8), colours[:, 2]
+        self._parts = {marker.ns: np.array([c.b for c in marker.colors]) for marker in message.markers}
+        self._ends = {marker.ns: float(marker.text) for marker in message.markers}
         self._edge = cubes.scale.x
         self._take(0, stamp_text(cubes.header.stamp))
 
@@ -103,6 +112,12 @@ class ReachPage(Page):
         self._shown = bool(shown)
         self._draw()
 
+    def colour_by(self, words: str) -> None:
+        """Show another figure of the positions in colours."""
+        self._figure = next(name for name in FIGURES if self._texts[name] == words)
+        self._draw()
+        self._say()
+
     def cut_at(self, y: float) -> None:
         """Show only what lies at this y or beyond [m], so that the inside is seen."""
         self._cut = float(y)
@@ -111,7 +126,9 @@ class ReachPage(Page):
     def _draw(self) -> None:
         if self._shown and self._known:
             chosen = np.flatnonzero(self._positions[:, 1] >= self._cut)
-            self._drawing.show(self._positions, self._colours, self._edge, chosen)
+            parts = self._parts.get(self._figure, np.zeros(len(self._positions)))
+            colours = (255.0 * red_to_blue(parts, 1.0)).round().astype(np.uint8)
+            self._drawing.show(self._positions, colours, self._edge, chosen)
         else:
             self._drawing.hide()
 
@@ -126,8 +143,15 @@ class ReachPage(Page):
     def _say(self) -> None:
         words = self._answer or self._texts['reach hint']
         if self._known and not self._answer:
-            words = self._texts.fill('reach known', count=len(self._positions))
+            words = self._texts.fill('reach known', count=len(self._positions), figure=self._texts[self._figure],
+                                     end=f'{self._ends.get(self._figure, math.nan):.3g}')  # fmt: skip
         if self._clicked >= 0:
             x, y, z = self._positions[self._clicked]
-            words += ' ' + self._texts.fill('reach at', x=x, y=y, z=z, share=100.0 * self._shares[self._clicked])
+            share, sigma, gap = (self._value(name) for name in FIGURES)
+            words += ' ' + self._texts.fill('reach at', x=x, y=y, z=z, share=100.0 * share, sigma=sigma)
+            words += '' if math.isnan(gap) else ', ' + self._texts.fill('reach gap', gap=gap)
         self._words.content = f'<div class="ik said" data-testid="reach">{escape(words)}</div>'
+
+    def _value(self, name: str) -> float:
+        """Return a figure of the position that was clicked; NaN if the map has none."""
+        return float(self._ends[name] * self._parts[name][self._clicked]) if name in self._parts else math.nan

@@ -142,7 +142,8 @@ PATH_MARKERS = Topic(
     depth=10,
 )
 REACH = Topic(
-    '~/reach', MarkerArray, 'out', 'what the arm reaches, from red, few rotations, to blue, all; after ~/map_reach',
+    '~/reach', MarkerArray, 'out',
+    'what the arm reaches, red to blue: share of the rotations, sigma_min, clearance; after ~/map_reach',
     latched=True,
 )
 REACH_POSES = Topic(

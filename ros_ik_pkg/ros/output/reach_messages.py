@@ -12,24 +12,24 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ros_ik_pkg.ik import Arm, ReachMap
+from ros_ik_pkg.ik.reachability.figures import end_of_scale, position_figures, red_to_blue
 
 FILLED = 0.45  # of a cell's edge: what lies behind is seen between the cubes
 AT_ONCE = 50  # points that are made before other threads get their turn
 
 
 class ReachCloud(NamedTuple):
-    """The positions that are reached: their middles (k, 3) [m], the share of the rotations (k,), 0 to 1, and a pose of
-    the tip (k, 4, 4) in each, that with the largest sigma_min."""
+    """The positions that are reached: their middles (k, 3) [m], figures (k,) by name (`position_figures`), and a
+    pose of the tip (k, 4, 4) in each, that with the largest sigma_min."""
 
     centres: np.ndarray
-    shares: np.ndarray
+    figures: dict[str, np.ndarray]
     base_from_tip: np.ndarray
 
 
 def reach_cloud(found: ReachMap, arm: Arm) -> ReachCloud:
     """Return the positions of a map that are reached."""
-    share = found.share
-    reached = share > 0.0
+    reached = found.share > 0.0
     order = np.lexsort((-found.sigma_min, found.cells // found.rotations))
     _, first = np.unique((found.cells // found.rotations)[order], return_index=True)
     poses = []
@@ -37,22 +37,31 @@ def reach_cloud(found: ReachMap, arm: Arm) -> ReachCloud:
         poses.append(arm.forward(q))
         if number % AT_ONCE == 0:
             time.sleep(0.0)
-    return ReachCloud(found.centres()[reached], share[reached], np.array(poses).reshape(-1, 4, 4))
+    figures = {name: figure[reached] for name, figure in position_figures(found).items()}
+    return ReachCloud(found.centres()[reached], figures, np.array(poses).reshape(-1, 4, 4))
 
 
 def reach_markers_message(cloud: ReachCloud, step: float, header: Header) -> MarkerArray:
-    """Return a cube for each position: red where few rotations are reached, blue where all are."""
-    edge = FILLED * step
-    marker = Marker(header=header, ns='reach', type=Marker.CUBE_LIST, scale=Vector3(x=edge, y=edge, z=edge))
-    marker.pose.orientation.w = 1.0
-    points, colours = [], []
-    for number, ((x, y, z), share) in enumerate(zip(cloud.centres.tolist(), cloud.shares.tolist())):
-        points.append(Point(x=x, y=y, z=z))
-        colours.append(ColorRGBA(r=1.0 - share, g=0.4 + 0.2 * share, b=share, a=1.0))
-        if number % AT_ONCE == 0:
-            time.sleep(0.0)
-    marker.points, marker.colors = points, colours
-    return MarkerArray(markers=[marker])
+    """Return a cube for each position, once for each figure, with the figure's name as namespace.
+
+    Red stands for 0, blue for the number in the marker's text. Cubes of the second figure and the third are a little
+    smaller, so that the share is seen if all are shown.
+    """
+    markers = []
+    for smaller, (name, values) in enumerate(cloud.figures.items()):
+        edge, end = (FILLED - 0.01 * smaller) * step, end_of_scale(name, values)
+        marker = Marker(header=header, ns=name, type=Marker.CUBE_LIST, scale=Vector3(x=edge, y=edge, z=edge))
+        marker.pose.orientation.w, marker.text = 1.0, f'{end:.3g}'
+        points, colours = [], []
+        rows = zip(cloud.centres.tolist(), red_to_blue(values, end).tolist())
+        for number, ((x, y, z), (red, green, blue)) in enumerate(rows):
+            points.append(Point(x=x, y=y, z=z))
+            colours.append(ColorRGBA(r=red, g=green, b=blue, a=1.0))
+            if number % AT_ONCE == 0:
+                time.sleep(0.0)
+        marker.points, marker.colors = points, colours
+        markers.append(marker)
+    return MarkerArray(markers=markers)
 
 
 def reach_poses_message(cloud: ReachCloud, header: Header) -> PoseArray:

@@ -12,6 +12,7 @@ from numerics import get_arm
 
 from ros_ik_pkg.ik import ArgumentError, ReachMap, load_arm, load_reach_map, reach_map
 from ros_ik_pkg.ik.reachability.cells import rotation_centres
+from ros_ik_pkg.ik.reachability.figures import end_of_scale, position_figure, red_to_blue
 
 QUICK = {'step': 0.2, 'parts': 2, 'samples_count': 200_000, 'rounds': 4}
 RAIL = """<robot name="rail"><link name="a"/><link name="b"/><joint name="j" type="prismatic"><parent link="a"/>
@@ -75,6 +76,27 @@ def test_a_cell_gives_the_configuration_that_reaches_it(ur5_map):
     assert ur5_map.configuration(ur5_map.corner + 0.01) is None
 
 
+def test_an_arm_maps_its_own_reach(ur5_map):
+    found = get_arm('ur5').reach(**QUICK)
+    assert isinstance(found, ReachMap)
+    np.testing.assert_array_equal(found.cells, ur5_map.cells)
+
+
+def test_without_contact_no_clearance_is_known(ur5_map):
+    assert np.isnan(ur5_map.clearance).all() and np.isnan(ur5_map.best_clearance).all()
+    with pytest.raises(ArgumentError, match='no clearance: contact does not count; expected share or sigma_min'):
+        position_figure(ur5_map, 'clearance')
+
+
+def test_colours_go_from_red_to_blue_and_end_at_the_largest_finite_figure(ur5_map):
+    sigma = position_figure(ur5_map, 'sigma_min')
+    end = end_of_scale('sigma_min', sigma)
+    assert end == ur5_map.sigma_min.max()
+    assert end_of_scale('share', sigma) == 1.0 and end_of_scale('clearance', np.array([0.2, np.inf, np.nan])) == 0.2
+    colours = red_to_blue(np.array([0.0, end, np.inf]), end)
+    np.testing.assert_allclose(colours, [[1.0, 0.4, 0.0], [0.0, 0.6, 1.0], [0.0, 0.6, 1.0]])
+
+
 def test_share_and_singular_values_are_those_of_the_cells(ur5_map):
     share, best = ur5_map.share, ur5_map.best_sigma_min
     assert share.shape == best.shape == ur5_map.shape
@@ -119,6 +141,12 @@ def test_what_touches_is_not_reached():
     found = reach_map(arm, **QUICK)
     assert len(found.cells) > 100
     assert judge.contacts.room().clear(found.q).all()
+    exact = [judge.contacts.room().look(q).clearance for q in found.q[::20]]
+    assert (found.clearance[::20] <= np.array(exact) + 1e-9).all()
+    assert np.abs(found.clearance[::20] - exact).max() < 0.01
+    best = found.best_clearance
+    assert np.array_equal(np.isnan(best), found.share == 0.0)
+    assert np.nanmax(best) == found.clearance.max()
     assert len(reach_map(load_arm(text.replace(beam, '')), **QUICK).cells) > len(found.cells)
 
 

@@ -23,13 +23,24 @@ def mapped():
 
 def test_there_is_a_cube_for_each_position_that_is_reached_and_its_colour_is_the_share_of_the_rotations(mapped):
     _, found, cloud = mapped
-    (marker,) = reach_markers_message(cloud, found.step, HEADER).markers
+    marker, _ = reach_markers_message(cloud, found.step, HEADER).markers
+    assert marker.ns == 'share'
     assert marker.type == Marker.CUBE_LIST and marker.header.frame_id == 'base'
     assert len(marker.points) == len(marker.colors) == int((found.share > 0.0).sum())
     for point, colour in zip(marker.points[::50], marker.colors[::50]):
         place = np.floor((np.array([point.x, point.y, point.z]) - found.corner) / found.step).astype(int)
         share = found.share[tuple(place)]
         assert colour.b == pytest.approx(share, abs=1e-6) and colour.r == pytest.approx(1.0 - share, abs=1e-6)
+
+
+def test_a_second_list_of_cubes_shows_the_singular_values_and_says_which_is_the_largest(mapped):
+    _, found, cloud = mapped
+    share, marker = reach_markers_message(cloud, found.step, HEADER).markers
+    assert marker.ns == 'sigma_min' and marker.points == share.points
+    assert marker.scale.x < share.scale.x < found.step
+    best = found.best_sigma_min[found.share > 0.0]
+    assert float(marker.text) == pytest.approx(best.max(), rel=1e-2) and float(share.text) == 1.0
+    np.testing.assert_allclose([colour.b for colour in marker.colors], best / best.max(), atol=1e-6)
 
 
 def test_each_pose_is_in_the_cube_of_its_number_and_is_reached_with_the_largest_singular_value_there(mapped):
