@@ -124,7 +124,7 @@ def write_ply(path: Path, found: ReachMap, colour: str) -> None:
 
 def rank(arm: Arm, given: argparse.Namespace, options: SolveOptions) -> None:
     """Print the best places of the base."""
-    poses, _ = read_path_file(given.place, given.degrees)
+    poses, *_ = read_path_file(given.place, given.degrees)
     bar = progress_bar(placement.ACROSS**2 * placement.TURNS, 'places')
     ranked = rank_placements(arm, poses, given.height, options, bar)
     if not ranked:
