@@ -196,8 +196,11 @@ class Caution:
         return Finding(together ** (-0.5 / SMOOTHNESS), Code.SLOWED_ACCELERATION, text)
 
     def _room_to_peak(self, here: Posture, slope: float, twist: np.ndarray, rows: np.ndarray) -> float:
-        """Return how far [rad, m] the fastest joint can go until the smallest singular value, which rises by `slope` per
-        rad or m, has its peak; FAR if it leaves the rule's range first, or if the joints can stop before."""
+        """Return how far [rad, m] the fastest joint can go until the smallest singular value has its peak; FAR if it leaves
+        the range of the rule first, or if the joints can stop before.
+
+        slope: its rise per rad or m of that joint.
+        """
         stop = float(np.max(self._stop(np.abs(here.joints_from_twist @ twist))))
         step = max(stop, LEAST_LOOK) / (LOOKS - 2)  # further than that, so that no peak is seen late
         before = here.sigma - slope * step  # as if it had risen evenly
@@ -222,8 +225,8 @@ class Caution:
     def _stoppable(self, room: np.ndarray) -> np.ndarray:
         """Return the velocity (n,) from which each joint stops within a room (n,), at BRAKE of its limits.
 
-        It uses v^2 / 2a + v (a / 2j + t): the length of a stop that reaches both limits, and of the way in the time t in
-        which the joint stops to accelerate.
+        It uses v^2 / 2a + v (a / 2j + t): the length of a stop that reaches both limits, and of the motion in the time t
+        in which the joint stops to accelerate.
         """
         a, ramp = self._braking()
         room = np.clip(room, 0.0, FAR)
