@@ -22,14 +22,29 @@ LOOK_AHEAD = 1e-3  # rad, m: motion of the fastest joint after which a measure i
 FAR = 1e6  # rad, m: room without bound
 TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
 BRAKE = 0.3  # of acceleration and jerk, reserved for stopping; the rest is for the curve of the line
+TURN = 0.6  # of acceleration: how much a joint changes it as it begins to brake
+EARLY_TURN = 0.3  # the same towards a singularity: the joints accelerate there on any line, so earlier is harder
 CURVE = 0.4  # of the acceleration limits, for the curve of the joints along a straight line
 SMOOTHNESS = 2.0  # power of the sum over joints, so that there is no kink if another joint becomes the hardest
+ROOM_WHERE_HALTED = 0.03  # rad, m: room in which a motion that leads away from below the halting threshold can stop
+LEAST_LOOK = 0.04  # rad, m: how far ahead a peak of the smallest singular value is looked for, at least
+PEAK_IS_NEAR = 0.01  # rad, m: a motion to a peak that near does not count as one that leads away
+LOOKS = 5  # at postures along a stop, for a peak of the smallest singular value
 UNNOTICED = 1.3  # share of the allowed speed above which a rule is not reported
 NAMED_FOR = 0.01  # rad, m: motion of a joint after which a singularity is named again
 STILL = 1e-9  # rad/s, m/s: no motion
 DAMPING = 1e-4  # of the judged joint velocities: near a singularity they exceed every limit, and are slowed
 JOINTS_TOO_FAST = (Code.SLOWED_VELOCITY, Code.SLOWED_ACCELERATION)
 AXES = ('x', 'y', 'z')
+
+
+class Allowance(NamedTuple):
+    """How fast the joints may go: at `least`, and at `most` of their top speed if they can stop within `room`."""
+
+    least: float
+    most: float
+    room: float  # rad, m; of the fastest joint
+    away: bool  # whether the motion leads away from what the rule is about
 
 
 class Approach:
@@ -43,10 +58,16 @@ class Approach:
         self._leaving_share, self._wider = thresholds.leaving_share, 1.0 + thresholds.hysteresis
         self._slowed = self._halted = False
 
-    def share(self, now: float, ahead: float) -> tuple[float, float, bool]:
-        """Return the share of the top speed, the room [rad, m] of the fastest joint, and whether the motion leads away.
+    @property
+    def widest(self) -> float:
+        """The measure below which the rule can apply."""
+        return self._slow * self._wider
 
-        now, ahead: the measure here, and LOOK_AHEAD further on.
+    def judge(self, now: float, ahead: float, room_to_peak: float = FAR) -> Allowance:
+        """Return how fast a motion may go.
+
+        now, ahead: the measure here, and LOOK_AHEAD further on. room_to_peak: how far [rad, m] the fastest joint can go
+        until a measure that rises falls again.
         """
         self._slowed = now < (self._slow * self._wider if self._slowed else self._slow)
         halt = min(self._halt * self._wider, self._slow) if self._halted else self._halt
@@ -55,9 +76,10 @@ class Approach:
         if self._slowed:
             share = 0.0 if self._halted else min((now - self._halt) / max(self._slow - self._halt, 1e-12), 1.0)
         if ahead > now:
-            return max(share, self._leaving_share), FAR, True
+            room = min(room_to_peak, ROOM_WHERE_HALTED) if self._halted else room_to_peak
+            return Allowance(share, max(share, self._leaving_share), room, room_to_peak > PEAK_IS_NEAR)
         # If a singular value is the sine of a joint, the linear estimate is its tangent: the arctangent corrects that.
-        return share, math.atan(max(now - halt, 0.0) * LOOK_AHEAD / max(now - ahead, 1e-12)), False
+        return Allowance(0.0, share, math.atan(max(now - halt, 0.0) * LOOK_AHEAD / max(now - ahead, 1e-12)), False)
 
 
 class Posture(NamedTuple):
@@ -111,7 +133,7 @@ class Caution:
         acceleration = (ahead.joints_from_twist @ twist - velocity) / time
         found = [
             self._near_limit(here.q, velocity),
-            self._near_singularity(here, ahead, velocity),
+            self._near_singularity(here, ahead, twist, rows),
             self._at_top_speed(velocity),
             self._at_top_acceleration(acceleration, curve),
         ]
@@ -131,8 +153,11 @@ class Caution:
         text = f'{self._arm.joint_names[worst]} is {max(distance[worst], 0.0):.2g} from its {side} limit'
         return Finding(float(shares[worst]), Code.SLOWED_JOINT_LIMIT, text)
 
-    def _near_singularity(self, here: Posture, ahead: Posture, velocity: np.ndarray) -> Finding:
-        share, away = self._share(*self._singularity.share(here.sigma, ahead.sigma), velocity)
+    def _near_singularity(self, here: Posture, ahead: Posture, twist: np.ndarray, rows: np.ndarray) -> Finding:
+        velocity, room = here.joints_from_twist @ twist, FAR
+        if here.sigma < min(ahead.sigma, self._singularity.widest):
+            room = self._room_to_peak(here, (ahead.sigma - here.sigma) / LOOK_AHEAD, twist, rows)
+        share, away = self._share(self._singularity.judge(here.sigma, ahead.sigma, room), velocity)
         text = ''
         if share < UNNOTICED or here.sigma < self._thresholds.singularity_slow:
             text = f'{self._name(here)}, sigma_min {here.sigma:.2g}: the tip can hardly {_motion(here.lost)}'
@@ -152,7 +177,7 @@ class Caution:
         nearing = contact.nearing(q, ahead, LOOK_AHEAD)
         if nearing is None:
             return FOLLOWING
-        share, away = self._share(*self._contact.share(nearing.now, nearing.ahead), velocity)
+        share, away = self._share(self._contact.judge(nearing.now, nearing.ahead), velocity)
         slowed = Code.LEAVING_CONTACT if away else Code.SLOWED_CONTACT
         return Finding(share, slowed, nearing.text)
 
@@ -171,22 +196,54 @@ class Caution:
         together = max(float(np.sum(needed**SMOOTHNESS)), STILL**SMOOTHNESS)
         return Finding(together ** (-0.5 / SMOOTHNESS), Code.SLOWED_ACCELERATION, text)
 
-    def _share(self, share: float, room: float, away: bool, velocity: np.ndarray) -> tuple[float, bool]:
-        """Return the allowed share of the velocity (n,) for a share of the top speed and a room, and `away`."""
-        rooms = room * np.abs(velocity) / np.abs(velocity).max()
-        most = np.minimum(share * self._limits.velocity, self._stoppable(rooms))
-        return float(_shares(most, velocity).min()), away
+    def _room_to_peak(self, here: Posture, slope: float, twist: np.ndarray, rows: np.ndarray) -> float:
+        """Return how far [rad, m] the fastest joint can go until the smallest singular value has its peak; FAR if that
+        value leaves the range of the rule first, or if the joints can stop before.
 
-    def _stoppable(self, room: np.ndarray) -> np.ndarray:
+        slope: its rise per rad or m of that joint.
+        """
+        stop = float(np.max(self._stop(np.abs(here.joints_from_twist @ twist))))
+        step = max(stop, LEAST_LOOK) / (LOOKS - 2)  # further than that, so that no peak is seen late
+        before = here.sigma - slope * step  # as if it had risen evenly
+        for k in range(LOOKS):
+            velocity = here.joints_from_twist @ twist
+            ahead = posture(self._arm, here.q + velocity * (step / np.abs(velocity).max()), rows)
+            if ahead.sigma < here.sigma:  # the peak of the parabola through three values
+                bend = 2.0 * here.sigma - before - ahead.sigma
+                return max(k + 0.5 * (ahead.sigma - before) / bend, 0.0) * step
+            if ahead.sigma > self._singularity.widest:
+                break
+            before, here = here.sigma, ahead
+        return FAR
+
+    def _share(self, allowed: Allowance, velocity: np.ndarray) -> tuple[float, bool]:
+        """Return the allowed share of the velocity (n,), and whether it leads away."""
+        rooms = allowed.room * np.abs(velocity) / np.abs(velocity).max()
+        turn = TURN if allowed.away else EARLY_TURN
+        most = np.minimum(allowed.most * self._limits.velocity, self._stoppable(rooms, turn))
+        most = np.maximum(allowed.least * self._limits.velocity, most)
+        return float(_shares(most, velocity).min()), allowed.away
+
+    def _stoppable(self, room: np.ndarray, turn: float = TURN) -> np.ndarray:
         """Return the velocity (n,) from which each joint stops within a room (n,), at BRAKE of its limits.
 
-        It uses v^2 / 2a + v a / 2j, the length of a stop that reaches both limits; no shortest stop is longer.
+        It uses v^2 / 2a + v (a / 2j + t): the length of a stop that reaches both limits, and of the motion in the time
+        t in which the joint changes its acceleration by `turn` of its limit.
         """
-        j = BRAKE * self._limits.jerk
-        a = np.minimum(BRAKE * self._limits.acceleration, np.sqrt(j * self._limits.velocity))  # a stop needs no more
-        ramp = a / (2.0 * j)
+        a, ramp = self._braking(turn)
         room = np.clip(room, 0.0, FAR)
         return 2.0 * room / (np.sqrt(ramp**2 + 2.0 * room / a) + ramp)
+
+    def _stop(self, speed: np.ndarray) -> np.ndarray:
+        """Return the length (n,) of a stop from a speed (n,) of each joint: the inverse of `_stoppable`."""
+        a, ramp = self._braking(TURN)
+        return speed**2 / (2.0 * a) + speed * ramp
+
+    def _braking(self, turn: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the acceleration a (n,) of a stop, and a / 2j + t (n,)."""
+        j = BRAKE * self._limits.jerk
+        a = np.minimum(BRAKE * self._limits.acceleration, np.sqrt(j * self._limits.velocity))  # a stop needs no more
+        return a, a / (2.0 * j) + turn * self._limits.acceleration / self._limits.jerk
 
 
 def _shares(most: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -95,6 +95,7 @@ class TwistFollower:
     def _rest(self) -> None:
         """Stand still. In base axes [m/s, rad/s]: the twist without the rules, its rate, and the twist with them."""
         self._twist, self._change, self._moving = np.zeros((3, 6))
+        self._factor = 1.0  # of the twist, which gives the moving one
 
     @property
     def standing(self) -> bool:
@@ -106,7 +107,7 @@ class TwistFollower:
         wanted, before = self._in_base_axes(command), self._moving
         here, rows = self._here()
         self._shape(wanted, here.joints_from_twist)
-        finding = self._slow(self._caution.judge(here, self._twist, rows), wanted)
+        finding = self._slow(self._caution.judge(here, self._twist, rows), wanted, here.joints_from_twist)
         return self._move(before, finding, here, bool(wanted.any()))
 
     def approach(self, base_from_target: np.ndarray, twist: np.ndarray, q: np.ndarray) -> tuple[Motion, Finding]:
@@ -121,7 +122,8 @@ class TwistFollower:
         before = self._moving
         wanted = self._pursue(away, twist, here.joints_from_twist)
         finding = self._caution.judge(here, self._twist, rows, GENTLE_CURVE)
-        motion, finding = self._move(before, self._slow(finding, wanted), here, bool(wanted.any()))
+        finding = self._slow(finding, wanted, here.joints_from_twist)
+        motion, finding = self._move(before, finding, here, bool(wanted.any()))
         if finding.code in JOINTS_TOO_FAST:  # a pose asks for no speed
             finding = FOLLOWING
         if finding.code is Code.FOLLOWING and self.standing and np.abs(away).max() > OFF:
@@ -241,16 +243,22 @@ class TwistFollower:
         advance(state, np.zeros((4, columns)), np.repeat(bounds[:, None], columns, axis=1), self._period)
         return state
 
-    def _slow(self, finding: Finding, wanted: np.ndarray) -> Finding:
+    def _scale(self, share: float) -> None:
+        self._twist, self._change = share * self._twist, share * self._change
+
+    def _slow(self, finding: Finding, wanted: np.ndarray, joints_from_twist: np.ndarray) -> Finding:
         """Slow the twist to the share that a finding allows, without a kink; return the finding to report.
 
         What is held back does not accumulate: when the rules allow more, the twist grows from its present value.
         """
-        excess = min(finding.share / MOST_HELD_BACK, 1.0)
-        self._twist, self._change = excess * self._twist, excess * self._change
-        share = max(finding.share, MOST_HELD_BACK) if finding.share > 0.0 else 0.0
-        self._moving = self._twist * (share**-GENTLENESS + 1.0) ** (-1.0 / GENTLENESS) if share else self._twist
-        if share > UNNOTICED:
+        share = max(finding.share, MOST_HELD_BACK)
+        gentle = (share**-GENTLENESS + 1.0) ** (-1.0 / GENTLENESS)
+        if gentle > self._factor:
+            self._scale(self._factor / gentle)
+        self._scale(min(finding.share / MOST_HELD_BACK, 1.0))
+        self._factor = gentle
+        self._moving = gentle * self._twist
+        if finding.share > UNNOTICED:
             return FOLLOWING
         left = _share_of(self._moving, wanted)
         return finding._replace(share=left, code=finding.code.at_standstill if left < STANDSTILL else finding.code)

@@ -91,18 +91,18 @@ def test_where_a_line_is_a_narrow_curve_for_the_joints_the_tip_is_slower():
 def test_what_halted_lets_go_later_than_it_took_hold():
     rule = Approach(slow=0.1, halt=0.02, thresholds=replace(THRESHOLDS, hysteresis=0.5))
     towards = 1e-6
-    assert rule.share(0.021, 0.021 - towards)[0] > 0.0
-    assert rule.share(0.019, 0.019 - towards)[0] == 0.0
-    assert rule.share(0.021, 0.021 - towards)[0] == 0.0
-    assert rule.share(0.031, 0.031 - towards)[0] > 0.0
-    assert rule.share(0.021, 0.021 - towards)[0] > 0.0
+    assert rule.judge(0.021, 0.021 - towards).most > 0.0
+    assert rule.judge(0.019, 0.019 - towards).most == 0.0
+    assert rule.judge(0.021, 0.021 - towards).most == 0.0
+    assert rule.judge(0.031, 0.031 - towards).most > 0.0
+    assert rule.judge(0.021, 0.021 - towards).most > 0.0
 
 
 def test_a_measure_that_trembles_at_the_threshold_does_not_switch_the_rule_on_and_off():
     rule = Approach(slow=0.1, halt=0.02, thresholds=replace(THRESHOLDS, hysteresis=0.2))
-    shares = [rule.share(0.1 + tremble, 0.0)[0] for tremble in (0.001, -0.001, 0.001, -0.001, 0.03)]
+    shares = [rule.judge(0.1 + tremble, 0.0).most for tremble in (0.001, -0.001, 0.001, -0.001, 0.03)]
     assert shares[0] == 1.0 and shares[-1] == 1.0
-    assert rule.share(0.099, 0.0)[0] < 1.0
+    assert rule.judge(0.099, 0.0).most < 1.0
 
 
 def test_the_strictest_finding_counts_and_says_how_much_is_left():

@@ -10,6 +10,7 @@ import pytest
 from chains import pinocchio_tip
 from smooth_commands import assert_within_limits
 
+from bench.published_robots import UR5
 from ros_ik_pkg.ik import SolveOptions, load_arm, solve
 from ros_ik_pkg.ros.interface.servo_settings import CAUTION_OPTIONS, LINE, SERVO_OPTIONS, ServoSettings, Thresholds
 from ros_ik_pkg.ros.servo.codes import Code
@@ -21,6 +22,7 @@ SETTINGS = replace(
     ServoSettings(**{option.name: option.default for option in SERVO_OPTIONS}), command_rate=500.0, pose_motion=LINE
 )
 THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPTIONS})
+UR5_BY_URDF = 'ur5 by its URDF'
 UR5_START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
 WRIST_SINGULAR = np.array([0.2, -1.2, 1.6, -1.9, 0.0, 0.2])  # of a UR5: its fourth and sixth axes are parallel
 HALF = 0.1  # m from there to either end of the lines across it
@@ -30,7 +32,8 @@ class Run:
     """A servo with its clock, and every command that came out."""
 
     def __init__(self, name: str, start=None, options=None, **settings) -> None:
-        self.arm, self.options = load_arm(name), options or SolveOptions()
+        self.arm = load_arm(UR5[0], tip=UR5[2]) if name == UR5_BY_URDF else load_arm(name)
+        self.options = options or SolveOptions()
         start = self.arm.home if start is None else start
         self.servo = Servo(self.arm, self.options, replace(SETTINGS, **settings), THRESHOLDS, 1.0, start)
         self.now, self.commands = 10.0, [start]
@@ -124,6 +127,23 @@ def test_before_a_wrist_singularity_a_pose_beyond_it_halts_on_the_line_and_a_pos
     run.ticks(3000)
     assert np.allclose(run.tips()[-1], start, atol=2e-6)
     assert off_line(run.tips(), (0.0, 1.0, 0.0)) < 1e-3
+    run.assert_smooth()
+
+
+@pytest.mark.parametrize(('name', 'start', 'weights', 'way'), [
+    # The smallest singular value rises and falls along it, below the threshold at which the arm halts
+    (UR5_BY_URDF, (2.2799, -2.4447, 0.9768, -0.1553, 0.0409, -2.6032), (1,) * 6, (0.1002, -0.0808, 0.1531)),
+    (UR5_BY_URDF, (0.0097, 0.2224, -2.0591, -1.0949, 0.2856, 1.6472), (1,) * 6, (-0.1616, 0.1085, 0.0459)),
+    # It falls below the threshold at which the arm slows down, and rises again
+    ('so101', (1.4017, -1.3282, -0.6918, 0.3637, 2.2303), (1, 1, 1, 0, 0, 0), (-0.0102, -0.196, 0.0385)),
+    # A joint comes to its limit
+    ('so101', (-0.4341, 0.8543, 0.5206, 0.6242, -0.2843), (1, 1, 1, 0, 0, 0), (-0.1716, 0.0631, 0.0811)),
+])  # fmt: skip
+def test_beside_trouble_the_tip_keeps_to_its_line(name, start, weights, way):
+    run = Run(name, np.array(start), SolveOptions(task_weights=weights))
+    assert run.send(moved(run.tips()[0], way))
+    run.ticks(3000)
+    assert off_line(run.tips(), way) < 1e-3
     run.assert_smooth()
 
 

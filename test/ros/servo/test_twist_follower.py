@@ -138,7 +138,7 @@ def test_a_twist_in_other_axes_is_turned_into_those_of_the_base():
 
 def test_at_a_joint_limit_the_whole_motion_stops_and_the_tool_does_not_drift():
     servo = Servo('panda')
-    servo.run([0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 5.0)
+    servo.run([0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 6.0)
     assert servo.findings[-1].code == Code.HALTED_JOINT_LIMIT
     assert 'panda_joint7' in servo.findings[-1].sentence
     tips = servo.tips()
