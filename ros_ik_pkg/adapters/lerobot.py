@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 
 from ros_ik_pkg.ik import ArgumentError, ModelError, SolveOptions, load_arm, solve
 
+# Weight of the orientation that leaves the position exact to micrometres; the last descent removes what is left.
+SLIGHT = 1e-3
 # One descent, from where the arm is, so that the answer never leaps to another branch. It always ends, so it needs no
 # deadline. LeRobot's arms rest folded, with their links in contact.
 LOCAL = SolveOptions(max_attempts=1, max_iterations=400, deadline=0.0, avoid_collisions=False)
-WISHED = replace(LOCAL, secondary='orientation')  # a strict order, whatever the ratio of the weights
 
 
 class RobotKinematics:
@@ -71,9 +72,8 @@ class RobotKinematics:
         """Return the positions of the motors [deg] nearest to a pose, from where they are and within their limits.
 
         If the position has the greater weight, it comes first: it is exact if the arm reaches it, and the orientation
-        is as near as the joints allow, whatever the ratio of the weights. Otherwise the weighted sum of the squared
-        errors is least. A weight of 0 leaves its part out. Entries beyond joint_names, and motors that do not move the
-        target frame, are returned as given.
+        is as near as the joints allow. Otherwise the weighted sum of the squared errors is least. A weight of 0 leaves
+        its part out. Entries beyond joint_names, and motors that do not move the target frame, are returned as given.
 
         current_joint_pos: positions of the motors [deg].
         desired_ee_pose: (4, 4), the target frame in the root link [m].
@@ -84,16 +84,20 @@ class RobotKinematics:
         if not (np.isfinite(weights).all() and weights.min() >= 0.0 < weights.max()):
             raise ArgumentError(f'weights {weights.tolist()}: expected numbers from 0, one of them above 0')
         seed = self._chain(current_joint_pos)
-        if position_weight > orientation_weight > 0.0:
-            options = WISHED
-        elif position_weight > orientation_weight:
-            options = _options(1.0, 0.0)
-        else:  # the solver squares weight times error
-            options = _options(np.sqrt(position_weight / orientation_weight), 1.0)
-        q = solve(self.arm, desired_ee_pose, seed, options).q
+        if position_weight > orientation_weight:
+            q = self._nearest(desired_ee_pose, seed, 1.0, SLIGHT if orientation_weight else 0.0)
+            if orientation_weight:
+                q = self._nearest(desired_ee_pose, q, 1.0, 0.0)
+        else:
+            ratio = np.sqrt(position_weight / orientation_weight)  # the solver squares weight times error
+            q = self._nearest(desired_ee_pose, seed, ratio, 1.0)
         motors = np.array(current_joint_pos, dtype=float)
         motors[self._order] = np.rad2deg(q)
         return motors
+
+    def _nearest(self, pose: ArrayLike, seed: np.ndarray, position: float, orientation: float) -> np.ndarray:
+        """Return the joint positions [rad] at a pose, else those of the closest approach from the seed."""
+        return solve(self.arm, pose, seed, _options(position, orientation)).q
 
     def _chain(self, motors: ArrayLike) -> np.ndarray:
         """Return the positions [rad] of the arm's joints from those of the motors."""

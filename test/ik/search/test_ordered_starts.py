@@ -96,12 +96,12 @@ def test_what_is_near_is_found(arms, name):
 
 
 @pytest.mark.parametrize('name', ['so101', 'desk', 'four', 'skew'])
-def test_what_is_near_at_joint_limits_is_found(arms, name):
+def test_what_is_near_at_a_joint_limit_is_found(arms, name):
     arm, rng = arms[name], np.random.default_rng(21)
     configurations = np.array(random_configurations(arm, rng, 200))
-    end = rng.integers(0, 3, configurations.shape)
-    configurations = np.where(end == 1, arm.lower, np.where(end == 2, arm.upper, configurations))
-    assert missed(arm, configurations, turns_by(rng, 0.5, 200)) <= 2
+    for k, q in enumerate(configurations):
+        q[k % arm.n] = (arm.lower, arm.upper)[k // arm.n % 2][k % arm.n]
+    assert missed(arm, configurations, turns_by(rng, 0.5, 200)) <= 1
 
 
 def test_the_best_orientation_of_a_stretched_elbow_is_found(arms):
@@ -146,6 +146,8 @@ def test_a_start_knows_how_the_tip_turns_on_its_way_to_a_position(arms, name):
         q = starts[:n, k].astype(float)
         slopes = starts[n + POSE + SLOPES :, k].reshape(3, n).astype(float)
         p, R = ahead(q)
+        if free[0] and p[0] < 0.1:  # near the first axis a small motion is a large turn
+            continue
         moved, other = ahead(q + step @ slopes)
         if np.linalg.norm(moved - p - step) > 2e-4:  # nearly singular: it does not trust its slopes
             continue
