@@ -75,7 +75,7 @@ def make_ordered_starts(geometry, model, length):
     largest = np.finfo(np.float32).max
     slopes = [turned_by_tip.reshape(-1, COUNT), joints_by_tip.reshape(-1, COUNT)]
     rows = np.clip(np.vstack([q.T, tip, turned, azimuth, *slopes]), -largest, largest)
-    joints = np.count_nonzero(covered)
+    joints = int(np.count_nonzero(covered))
     apart = max(1.0, joints / DENSE * COUNT ** (2.0 / DENSE - 2.0 / max(joints, 1)))  # the square, over that of DENSE
     trust = [MARGIN * apart**1.25, TRUSTED * apart**0.25 * reach]
     return np.ascontiguousarray(rows, dtype=np.float32), np.append(free, trust)
