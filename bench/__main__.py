@@ -41,7 +41,6 @@ CHECKS = {
     'zoo': 'solve N poses of every chain of every installed URDF',
     'batches': 'solve N targets at once, on one core and on all; how it compares with one by one',
     'collision': 'solve N targets clear of contact in each room, judged by coal',
-    'secondary': 'solve N full poses for five joints, judged by SciPy',
     'check-paths': 'follow N random paths, check every motion by SciPy, Pinocchio and coal',
     'servo': 'drive an arm into trouble N times; the lines of the tip; what a command costs',
     'reach': 'judge reach maps of two arms by N random poses each',
@@ -67,8 +66,6 @@ def main() -> int:
             return measure_collision(arguments.collision, arguments.peers)
         if arguments.check_paths:
             return check_paths(arguments.check_paths)
-        if arguments.secondary:
-            return measure_wishes(arguments.secondary)
         if arguments.servo:
             return measure_servo(arguments.servo)
         if arguments.reach:
@@ -101,6 +98,10 @@ def make_parser() -> argparse.ArgumentParser:
         '--branches', type=_positive, nargs='?', const=1000, metavar='N',
         help='all solutions of six-joint arms for N poses, beside closed forms (default: %(const)s)',
     )  # fmt: skip
+    parser.add_argument(
+        '--secondary', type=_positive, nargs='?', const=1000, metavar='N',
+        help='N full poses for five joints, judged by SciPy (default: %(const)s)',
+    )  # fmt: skip
     parser.add_argument('--output', type=Path, help='file for the report, its plot beside it')
     return parser
 
@@ -118,6 +119,7 @@ def read_arguments(words: Sequence[str] | None = None) -> argparse.Namespace:
         for flag in SECTIONS:
             setattr(arguments, flag, True)
         arguments.branches = arguments.branches or arguments.count
+        arguments.secondary = arguments.secondary or arguments.count
     if arguments.peers and not arguments.output:
         arguments.output = ROOT / 'docs' / 'benchmark.md'
     if arguments.output and not arguments.output.parent.is_dir():
@@ -169,15 +171,6 @@ def check_paths(count: int) -> int:
     return int(wrong > 0)
 
 
-def measure_wishes(count: int) -> int:
-    """Solve N full poses for five joints and print how near they come; 1 if a solution is not what it says."""
-    from bench.wishes import WISH_HEAD, wish_row
-
-    row, wrong = wish_row(count)
-    print(markdown([WISH_HEAD, row]))
-    return int(wrong)
-
-
 def measure_servo(count: int) -> int:
     """Print the tables of the servo, and draw its lines; 1 if a reason is wrong more often than in one of 100 runs."""
     from bench.servo_lines import LINES_HEAD, line_rows
@@ -205,7 +198,7 @@ def measure_reach(count: int) -> int:
 def measure(arguments: argparse.Namespace, report: Report) -> int:
     """Fill the report; return how much of it was wrong."""
     faults = 0
-    if arguments.peers or not any(getattr(arguments, flag) for flag in (*SECTIONS, 'branches')):
+    if arguments.peers or not any(getattr(arguments, flag) for flag in (*SECTIONS, 'branches', 'secondary')):
         measure_solves(arguments, report)
         options = SolveOptions(**arguments.set)
         rows = batch_rows(tqdm(arguments.robots, leave=False), options)
@@ -250,6 +243,12 @@ def measure(arguments: argparse.Namespace, report: Report) -> int:
         for title, text, table in (*tables, table_of_any):
             report.add(title, text, table)
         faults += missing
+    if arguments.secondary:
+        from bench.wishes import WISH_HEAD, WISH_TEXT, wish_row
+
+        row, wrong = wish_row(arguments.secondary)
+        faults += wrong
+        report.add('Full poses for five joints', WISH_TEXT, [WISH_HEAD, row])
     return faults
 
 

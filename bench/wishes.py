@@ -16,6 +16,11 @@ from ros_ik_pkg.ik import Arm, SolveOptions, load_arm, solve
 STARTS = 6  # of SLSQP for each pose
 HELD = 1e-5  # m
 AS_NEAR = 1.01
+WISH_TEXT = (
+    'Positions that the arm reaches, each with a random orientation, from the home position; judged by Pinocchio, and '
+    f'by the least angle that SLSQP finds from {STARTS} starts. Time that the core was busy, in turns with reachable '
+    'poses of a ur5.'
+)
 WISH_HEAD = [
     'arm', 'poses', 'position within 1e-5 m', 'orientation within 1 % of SciPy', 'nearer than SciPy', 'median us',
     'mean us', 'ratio to ur5',

@@ -9,7 +9,7 @@ from ros_ik_pkg.ik.descent.ordered_step import LONGEST_STEP, step_in_order
 from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
 from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.kernel.linalg import ROWS, fill
+from ros_ik_pkg.ik.kernel.linalg import ROWS, factor, fill, gram, substitute
 from ros_ik_pkg.ik.kinematics.forward import fill_columns, walk
 from ros_ik_pkg.ik.kinematics.pose_error import twist_error
 from ros_ik_pkg.ik.kinematics.task import AIM, apart, shape_rows, turn_into_axes
@@ -17,6 +17,7 @@ from ros_ik_pkg.ik.kinematics.task import AIM, apart, shape_rows, turn_into_axes
 SETTLED = 1e-3  # part of the square of the wished error that the last step may promise to take away
 NEAR = 3e-2  # m + rad of the task: from there on joints at a limit stay there until they are wanted elsewhere
 WIDER, NARROWER, FALLEN = 2.0, 0.3, 0.9  # factors on the longest step in the null space, while the task's error falls
+LEAST_SQUARES = 1e-4  # added to J J^T for the multipliers, over its largest diagonal element
 HALF, PATIENCE = 0.5, 5  # the error of the task falls by this factor within so many steps, or the descent is given up
 
 
@@ -49,6 +50,7 @@ def descend_in_order(geometry, task, wish, tuning, cap, most, stop_time, attempt
         before = error
         if not error < NEAR:
             fill(work.near, math.nan)
+        estimate_multipliers(wish, work)
         gain, promised, released = step_in_order(geometry, tuning, wish, radius, work)
         settled = promised < SETTLED * norm * norm and not released
         if error < NEAR and not released and norm * norm - gain > cap * cap:
@@ -121,3 +123,37 @@ def fill_both(geometry, task, wish, R, p, work):
     if by_logarithm:
         shape_rows(task, R, work.weights, work.columns)
         shape_rows(wish.task, R, wish.task.weights, wish.columns)
+
+
+@kernel
+def estimate_multipliers(wish, work):
+    """Write the Lagrange multipliers of least squares, J J^T y = -J b as in ordered_step.py, times the weights of their
+    rows to work.rhs; while a joint is held at a limit, those of the last step stay.
+
+    Those are far off after a step that was cut short. Without good ones a descent runs away where the constraint bends
+    most: at a stretched elbow, where many optima are.
+    """
+    b, columns, weights, rhs = work.null, work.columns, work.weights, work.rhs
+    for i in range(len(b)):
+        if work.near[i] == work.near[i]:
+            return
+        b[i] = 0.0
+        for r in range(ROWS):
+            b[i] += wish.columns[i, r] * work.e[r]
+    largest = 0.0
+    for r in range(ROWS):
+        square = 0.0
+        rhs[r] = 0.0
+        for i in range(len(b)):
+            rhs[r] -= columns[i, r] * b[i]
+            square += columns[i, r] * columns[i, r]
+        largest = max(largest, square)
+    d = LEAST_SQUARES * largest
+    diagonal = (
+        d if weights[0] > 0.0 else 1.0, d if weights[1] > 0.0 else 1.0, d if weights[2] > 0.0 else 1.0,
+        d if weights[3] > 0.0 else 1.0, d if weights[4] > 0.0 else 1.0, d if weights[5] > 0.0 else 1.0,
+    )  # fmt: skip
+    _, lower, _, inverses = factor(gram(columns, diagonal))
+    y = substitute(lower, inverses, (rhs[0], rhs[1], rhs[2], rhs[3], rhs[4], rhs[5]))
+    for r in range(ROWS):
+        rhs[r] = weights[r] * y[r]

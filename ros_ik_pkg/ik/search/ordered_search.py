@@ -1,9 +1,12 @@
 """The search for two tasks in strict order: of the configurations that hold the demanded rows, that which comes nearest
 to the wished ones.
 
-A descent by the selected method comes first: a pose that can be reached whole is reached as if all rows were demanded.
-Then descents in order begin from starts that promise to come nearer than the best so far, and from the seed. Each ends
-in a local optimum, of which an arm has a handful: elbow up or down, a joint at a limit or another.
+Descents in order begin from the starts that promise to come nearer than the best so far. Each ends in a local optimum,
+of which an arm has a handful: elbow up or down, a joint at a limit or another. A descent from the seed is the last, if
+the seed is near the target, so that a solution there stands unless another is better.
+
+If the pose may be one that can be reached whole, a descent by the selected method comes first: such a pose is reached
+as if all rows were demanded.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from ros_ik_pkg.ik.kernel.compiled import kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.kinematics.task import look_at_error
-from ros_ik_pkg.ik.search.ordered_starts import aim, score_ordered_starts, take_ordered_start
+from ros_ik_pkg.ik.search.ordered_starts import TURN, aim, score_ordered_starts, take_ordered_start
 from ros_ik_pkg.ik.search.reach import out_of_reach
 from ros_ik_pkg.ik.search.search import FIRST, HURRIED, LOOK, PATIENT
 from ros_ik_pkg.ik.search.solutions import keep_solution, rank_solution
@@ -32,10 +35,10 @@ WITHOUT_NEWS = 7  # descents in a row that bring nothing nearer: enough if start
 MOST_STEPS = 60  # of one descent
 BETTER = 0.995  # factor by which a wish must be nearer to count as nearer: else the solution near the seed stands
 APART = 0.5  # rad or m of one joint between two starts, and between a start and an optimum
-NEAR = 0.3  # of the reach: a distance of it counts as much as half a turn in the choice of starts
-MARGIN = 0.05  # score by which a start may promise less than the best so far and be tried all the same
-SMALL, WIDE_MARGIN = 0.2, 0.1  # rad: the pose may be one that can be reached whole, so the search takes longer
-DENSE = 3.0  # joints that the starts cover on most arms; with more they are sparse, and promise less than is near them
+WHOLE = 0.01  # score of the best start, beyond the margin, up to which the pose may be one that can be reached whole
+BESIDE = 0.1  # of the reach, or rad: a seed that is nearer than that to the demanded rows has a descent of its own
+AT_AXIS = 4.0  # factor on the margin close to the first axis, where small motions turn the tip much
+TURNED_OVER = 1.15  # times the best wish: worth a descent after the last joint went from one limit to the other
 FIRST_CUT = 0.3  # score beyond that of the nearest start, up to which starts are looked at first
 MOST_CUTS = 8
 ALIKE = 1e-3  # scores this near are alike: which of them are looked at does not matter
@@ -58,67 +61,117 @@ def search_in_order(
     assign(work.seed, work.q)
     if out_of_reach(geometry, reach, task, tuning):
         return 0, 0, 0
-    if budget > 1.0 and int(tuning.max_iterations) > 0:
+    scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
+    beside = away(geometry, task, wish, scale, work) < BESIDE
+    goal = aim(geometry, free, pose)
+    score_ordered_starts(geometry, starts, free, goal, work.scores)
+    nearest, promising = nearest_start(work.scores), promise(wish)
+    perhaps = beside or promising <= 0.0 or work.scores[nearest] < WHOLE + free[2]
+    if perhaps and budget > 1.0 and int(tuning.max_iterations) > 0:
         steps, whole = reach_whole(geometry, pose, tuning, preferences, stop_time, work, recorder)
         attempts = 1
         if whole and first:
             assign(solutions.rows[0], work.q)
             return steps, attempts, 1
-    scale = reach.lengths[1] if reach.lengths[1] < math.inf else 1.0
-    goal = aim(geometry, free, pose)
-    score_ordered_starts(geometry, starts, free, goal, NEAR * scale, work.scores)
-    promising, width = promise(wish), sparsity(starts.shape[1], len(work.q) - free[0] - free[1])
-    last, count, cut, least, used = budget < 2.0, 0, -1.0, 0.0, 0
+    margin = free[2] * (AT_AXIS if free[0] > 0.0 and goal[0][0] < 0.5 * free[3] else 1.0)
+    from_seed = beside or not first or promising <= 0.0 or tuning.max_joint_jump > 0.0
+    last, seeded, over, least, cut, count = budget < 2.0, False, False, work.scores[nearest], -1.0, 0
     while budget > 0.0:
-        k = -1
-        if not last and used == 0:
-            k = nearest_start(work.scores)
-            least = work.scores[k]
-        elif not last:
-            enough = worth(best, promising, width)
-            k = pick(work.scores, wish.picks, count, enough)
-            for _ in range(MOST_CUTS):
-                if k >= 0 or not cut < min(enough, 4.0):
-                    break
-                cut = min(enough, least + FIRST_CUT if cut < 0.0 else 2.0 * cut - least + FIRST_CUT)
-                count, cut = collect(cut, least, wish.picks, work.scores)
-                leave_out(geometry, starts, free, wish.picks, count, work)
-                k = pick(work.scores, wish.picks, count, enough)
-        if k < 0:
-            last = True
-            assign(work.q, work.seed)
-        else:
-            take_ordered_start(geometry, starts, free, goal, k, work.q)
-            if tuning.respect_limits > 0.0:
-                clip(geometry, work.q)
-            work.scores[k] = math.inf
-            leave_out(geometry, starts, free, wish.picks, count, work)
-        used += 1
-        cap = best / BETTER if last or not first else best
+        over = over and turn_over(geometry, task, wish, TURNED_OVER * best, work)
+        if seeded and not over:
+            break
+        if not over:
+            k = -1
+            if not last:
+                enough = worth(best, promising, margin)
+                k, cut, count = next_ordered_start(
+                    geometry, starts, free, goal, wish, nearest, least, enough, cut, count, work
+                )
+                nearest = -1
+            seeded = k < 0
+            if seeded and found > 0 and not from_seed:
+                break
+            if seeded:
+                assign(work.q, work.seed)
+            else:
+                take_ordered_start(geometry, starts, free, goal, k, work)
+                if tuning.respect_limits > 0.0:
+                    clip(geometry, work.q)
+                work.scores[k] = math.inf
+                leave_out(geometry, starts, free, goal, wish.picks, count, work)
+        stands = seeded and not over
+        cap = best / BETTER if stands or not first else best
         held, taken, norm = descend_in_order(
             geometry, task, wish, tuning, cap, min(int(tuning.max_iterations), MOST_STEPS), stop_time, attempts, work,
             recorder,
         )  # fmt: skip
         steps += taken
         attempts += 1
+        over = free[1] > 0.0 and not over and attempts < budget
         if held:
-            leave_out(geometry, starts, free, wish.picks, count, work)
+            leave_out(geometry, starts, free, goal, wish.picks, count, work)
             unwrap(geometry, work.q, preferences.reference)
             R, p = walk(geometry, work.q, work.joints)
             position_error, orientation_error, _, _, norm = measure_in_order(task, wish, R, p, work)
             if judge(tuning, preferences, position_error, orientation_error, work.q) == ACCEPTED:
-                if norm < BETTER * best or (last and norm < best / BETTER):
+                if norm < BETTER * best or (stands and norm < best / BETTER):
                     best, last_news = norm, attempts
                     found = 0 if first or norm < BETTER * best else found
                 if found == 0 or (not first and norm <= best / BETTER):
                     rank = rank_solution(work.q, ACCEPTED, preferences)
                     found = keep_solution(geometry, work.q, rank, solutions, found)
         fulfilled = found > 0 and best <= min(tuning.position_tolerance, tuning.orientation_tolerance)
-        if last or (fulfilled and first) or passed(stop_time, work.clock):
+        if (fulfilled and first) or passed(stop_time, work.clock):
             break
-        last = attempts + 1 >= budget or (not promising and attempts - last_news >= WITHOUT_NEWS)
+        last = attempts + 1 >= budget or (promising <= 0.0 and attempts - last_news >= WITHOUT_NEWS)
     assign(work.q, solutions.rows[0] if found > 0 else work.seed)
     return steps, attempts, found
+
+
+@kernel
+def away(geometry, task, wish, scale, work):
+    """Return how far work.q is from the demanded rows: the sum of the distance over `scale` and the angle [rad]."""
+    R, p = walk(geometry, work.q, work.joints)
+    position_error, orientation_error, _, _, _ = measure_in_order(task, wish, R, p, work)
+    return position_error / scale + orientation_error
+
+
+@kernel
+def turn_over(geometry, task, wish, worth, work):
+    """Turn the last joint from one limit to the other; return whether it was at one and the wish is below `worth` then.
+
+    The angle beyond the limits that would suit the wish best is between the two, so each may be a local optimum.
+    """
+    i = int(geometry.variable[len(geometry.variable) - 1])
+    if work.q[i] >= geometry.upper[i]:
+        work.q[i] = geometry.lower[i]
+    elif work.q[i] <= geometry.lower[i]:
+        work.q[i] = geometry.upper[i]
+    else:
+        return False
+    R, p = walk(geometry, work.q, work.joints)
+    _, _, _, _, norm = measure_in_order(task, wish, R, p, work)
+    return norm < worth
+
+
+@kernel
+def next_ordered_start(geometry, starts, free, goal, wish, nearest, least, enough, cut, count, work):
+    """Return the start with the lowest score below `enough`, -1 if there is none, and the cut and number of the picks,
+    which are the starts that were looked at.
+
+    `nearest` is the first of all, or -1 after that; `least` is its score.
+    """
+    if nearest >= 0:
+        return nearest, cut, count
+    k = pick(work.scores, wish.picks, count, enough)
+    for _ in range(MOST_CUTS):
+        if k >= 0 or not cut < min(enough, 4.0):
+            break
+        cut = min(enough, least + FIRST_CUT if cut < 0.0 else 2.0 * cut - least + FIRST_CUT)
+        count, cut = collect(cut, least, wish.picks, work.scores)
+        leave_out(geometry, starts, free, goal, wish.picks, count, work)
+        k = pick(work.scores, wish.picks, count, enough)
+    return k, cut, count
 
 
 @kernel
@@ -151,24 +204,12 @@ def promise(wish):
 
 
 @kernel
-def worth(best, weight, width):
-    """Return the score up to which starts are worth a descent if the best wish has the norm `best` so far.
-
-    `width` is the factor on the margins.
-    """
+def worth(best, weight, margin):
+    """Return the score up to which starts are worth a descent if the best wish has the norm `best` so far."""
     if not best < math.inf or weight <= 0.0:
         return math.inf
-    angle = best / weight
-    sine = math.sin(0.5 * min(angle, math.pi))
-    return sine * sine + width * (MARGIN if angle > SMALL else WIDE_MARGIN)
-
-
-@kernel
-def sparsity(count, joints):
-    """Return the square of the distance between starts over so many joints, at least 1: that over DENSE joints."""
-    if joints <= DENSE:
-        return 1.0
-    return joints / DENSE * float(count) ** (2.0 / DENSE - 2.0 / joints)
+    sine = math.sin(0.5 * min(best / weight, math.pi))
+    return sine * sine + margin
 
 
 @kernel
@@ -201,13 +242,18 @@ def pick(scores, picks, count, most):
 
 
 @kernel
-def leave_out(geometry, starts, free, picks, count, work):
-    """Leave those picks out that are near work.q in the joints that differ from start to start."""
-    last = int(geometry.variable[len(geometry.variable) - 1])
+def leave_out(geometry, starts, free, goal, picks, count, work):
+    """Leave those picks out that are near work.q: in the joints that the starts cover, and in how far the first joint
+    has to turn for the goal."""
+    first, last, n = int(geometry.variable[0]), int(geometry.variable[len(geometry.variable) - 1]), len(work.q)
+    _, _, _, azimuth = goal
     for m in range(count):
         k, gap = int(picks[m]), 0.0
-        for i in range(len(work.q)):
-            if not ((i == int(geometry.variable[0]) and free[0] > 0.0) or (i == last and free[1] > 0.0)):
+        for i in range(n):
+            if not ((i == first and free[0] > 0.0) or (i == last and free[1] > 0.0)):
                 gap = max(gap, abs(starts[i, k] - work.q[i]))
+        if free[0] > 0.0:
+            turn = azimuth - starts[n + 7, k] - geometry.multiplier[0] * (work.q[first] - starts[first, k])
+            gap = max(gap, abs(turn - TURN * math.floor(turn / TURN + 0.5)))
         if gap < APART:
             work.scores[k] = math.inf

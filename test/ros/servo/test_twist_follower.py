@@ -183,7 +183,17 @@ def test_a_five_joint_arm_follows_what_it_is_asked_for_and_leaves_the_free_row_a
     servo.assert_within_limits()
 
 
-@pytest.mark.parametrize('name', ['five', 'planar3r'])
+def test_the_tip_of_a_five_joint_arm_keeps_to_its_line_if_the_orientation_is_free():
+    servo = Servo('so101', options=SolveOptions(task_weights=(1, 1, 1, 0, 0, 0)))
+    servo.run([0.0, 0.05, 0.03, 0.0, 0.0, 0.0], 1.0)
+    servo.run(np.zeros(6), 0.5)
+    tips = servo.tips()
+    assert off_line(tips, [0.0, 0.5, 0.3]) < 1e-4
+    assert np.linalg.norm(tips[-1][:3, 3] - tips[0][:3, 3]) > 0.05
+    servo.assert_within_limits()
+
+
+@pytest.mark.parametrize('name', ['five', 'planar3r', 'so101'])
 def test_an_arm_with_fewer_joints_than_rows_makes_the_nearest_motion_and_does_not_stop(name):
     servo = Servo(name, start_of(name) + 0.3)
     servo.run([0.05, 0.05, 0.05, 0.0, 0.0, 0.0], 0.5)
