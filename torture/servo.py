@@ -5,7 +5,8 @@ of commands and of joint states, other options, a new start. The differences of 
 the limits of position, velocity, acceleration and jerk; one command is one period. Contact is judged by Pinocchio and
 coal on the meshes of the URDF, at every command while the servo speaks of contact, and at every fourth one else; the
 so101 has no shapes. Then lines of the tip across the reach of an arm, by twists and by poses: the tip stays on its
-line, by Pinocchio, or the arm halts and says why. Last, how long an arm moves after the last twist."""
+line, by Pinocchio, or the arm halts and says why. Then random lines, half of them from beside a singularity. Last, how
+long an arm moves after the last twist."""
 
 from __future__ import annotations
 
@@ -14,45 +15,25 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from bench.published_robots import PANDA, UR5, UrdfJudge, moving_pairs
-from ros_ik_pkg.ik import Arm, Obstacle, SolveOptions, World, load_arm, solve
+from bench.published_robots import UrdfJudge, moving_pairs
+from ros_ik_pkg.ik import Obstacle, SolveOptions, World
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.contacts import Room
-from ros_ik_pkg.ros.interface import servo_settings
-from ros_ik_pkg.ros.interface.servo_settings import (
-    CAUTION_OPTIONS,
-    POSE_MOTIONS,
-    SERVO_OPTIONS,
-    ServoSettings,
-    Thresholds,
-)
+from ros_ik_pkg.ros.interface.servo_settings import POSE_MOTIONS
 from ros_ik_pkg.ros.servo.codes import Code
 from ros_ik_pkg.ros.servo.contact_ahead import ContactAhead
 from ros_ik_pkg.ros.servo.servo import Servo
 from ros_ik_pkg.ros.servo.twist_follower import TwistCommand
 from torture.plan import Check, Plan, progress, unless
+from torture.servo_arms import BASE, PER_COMMAND, PERIOD, POSITION, RATE, SETTINGS, THRESHOLDS, Case, arms
+from torture.servo_lines import line, random_lines, stop
 
 MINUTES = 10.0
-RATE, PER_COMMAND = 500.0, 5  # Hz, and periods from one command to the next
-PERIOD = 1.0 / RATE
-SETTINGS = replace(ServoSettings(**{option.name: option.default for option in SERVO_OPTIONS}), command_rate=RATE)
-THRESHOLDS = Thresholds(**{option.name: option.default for option in CAUTION_OPTIONS})
-BASE = np.eye(3)
 ROUNDING = 1e-9  # of a limit
-LINE = 1e-3  # m
-BACK, REST = 1e-3, 2.0  # rad, s
-SPEED = 0.2  # m/s
-LINE_TIME = 12.0  # s outwards: further than any of these arms reaches
-PANDA_START = np.array([0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785])
-UR5_START = np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])
-TILT = (1, 1, 1, 1, 0, 1)  # the rows that five joints can follow
-POSITION = (1, 1, 1, 0, 0, 0)
 KINDS = ('push', 'shake', 'near', 'anywhere', 'pause', 'silence', 'deaf', 'options', 'start')
 FLOOR = -0.05  # m
 SIZES = {'table': (0.4, 0.6, 0.05), 'post': (0.08, 0.08, 1.2)}  # m
@@ -62,29 +43,6 @@ OTHERS = (SolveOptions(), SolveOptions(method='sdls'), SolveOptions(task_weights
           SolveOptions(null_space='manipulability'), SolveOptions(null_space='clearance'))  # fmt: skip
 
 
-class Case(NamedTuple):
-    """An arm, where it starts (n,) [rad], how it solves, and its URDF if that has shapes."""
-
-    arm: Arm
-    start: np.ndarray
-    options: SolveOptions
-    urdf: Path | None
-
-
-def arms() -> dict[str, Case]:
-    """Return the arms by name."""
-    (panda, panda_srdf, hand), (ur5, ur5_srdf, end), so101 = PANDA, UR5, load_arm('so101')
-    return {
-        'panda': Case(load_arm(panda, tip=hand, srdf=panda_srdf), PANDA_START, SolveOptions(), panda),
-        'ur5': Case(load_arm(ur5, tip=end, srdf=ur5_srdf), UR5_START, SolveOptions(), ur5),
-        'five joints': Case(
-            load_arm(ur5, tip='wrist_2_link', srdf=ur5_srdf), UR5_START[:5],
-            SolveOptions(task_weights=TILT, task_frame='tip'), ur5,
-        ),
-        'so101': Case(so101, so101.home, SolveOptions(task_weights=POSITION), None),
-    }  # fmt: skip
-
-
 def run(plan: Plan) -> Iterator[Check]:
     """Stream for the minutes of the plan, a quarter of them for each arm unless they are the default."""
     minutes = MINUTES if plan.minutes is None else plan.minutes / 4.0
@@ -92,9 +50,12 @@ def run(plan: Plan) -> Iterator[Check]:
         yield from _stream(name, case, plan, minutes)
     for name, case in arms().items():
         for by in ('twists', 'poses'):
-            yield _line(name, case, by)
+            yield line(name, case, by)
     for name, case in arms().items():
-        yield _stop(name, case)
+        for by in ('twists', 'poses'):
+            yield random_lines(name, case, by, plan)
+    for name, case in arms().items():
+        yield stop(name, case)
 
 
 def _stream(name: str, case: Case, plan: Plan, minutes: float) -> Iterator[Check]:
@@ -243,65 +204,3 @@ class Wild:
 
     def _inside(self, q: np.ndarray) -> np.ndarray:
         return np.clip(q, self._arm.lower, self._arm.upper)
-
-
-def _line(name: str, case: Case, by: str) -> Check:
-    """Lead the tip outwards beyond the reach, and back, by twists or poses; see how far it leaves its line, and why it
-    halts; poses that have no solution are not sent, and the last one leads to the start."""
-    arm, start, options, _ = case
-    servo = Servo(arm, options, replace(SETTINGS, pose_motion=servo_settings.LINE), THRESHOLDS, 1.0, start)
-    now, last, tips, half = 0.0, '', [], round(LINE_TIME * RATE)
-    for k in range(2 * half + round(REST * RATE)):
-        sign = 1.0 if k < half else -1.0
-        if k == half:
-            last = servo.finding.sentence
-        if k % PER_COMMAND == 0 and k < 2 * half and by == 'twists':
-            servo.twist(TwistCommand(np.array([sign * SPEED, 0.0, 0.0, 0.0, 0.0, 0.0]), BASE), now)
-        elif k % PER_COMMAND == 0 and k < 2 * half:
-            target = arm.forward(start)
-            target[0, 3] += SPEED * PERIOD * min(k, 2 * half - k - PER_COMMAND)
-            solution = solve(arm, target, servo.position, options)
-            if solution.converged:
-                servo.pose(solution.q, now)
-        now += PERIOD
-        tips.append(_tip(arm, servo.tick(now)))
-    off = float(np.linalg.norm(np.array(tips)[:, 1:] - _tip(arm, start)[1:], axis=1).max())
-    figure, fault = f'{1e3 * off:.3f} mm off; {last}', unless(off < LINE, f'{1e3 * off:.2f} mm off the line')
-    if by == 'twists':
-        fault = fault or unless(last.startswith('halted: '), 'no reason')
-    elif arm.n <= np.count_nonzero(options.task_weights):  # others may come back in another posture
-        back = float(np.abs(servo.position - start).max())
-        figure, fault = f'{figure}; back {back:.1e} rad from the start', fault or unless(back < BACK, 'another posture')
-    return Check(f'{name}: a line by {by} out to the edge of reach and back', figure, fault)
-
-
-def _stop(name: str, case: Case) -> Check:
-    """Measure the time from the last twist to standstill."""
-    arm, start, options, _ = case
-    servo, now = Servo(arm, options, SETTINGS, THRESHOLDS, 1.0, start), 0.0
-    for k in range(round(0.8 * RATE)):
-        if k % PER_COMMAND == 0:
-            servo.twist(TwistCommand(np.array([0.0, 0.2, 0.1, 0.0, 0.0, 0.5]), BASE), now)
-            last = now
-        now += PERIOD
-        servo.tick(now)
-    while servo.finding.code is not Code.COMMANDS_STOPPED:
-        needed = servo._limiter.time_to_rest
-        now += PERIOD
-        servo.tick(now)
-    while not servo.at_rest:
-        now += PERIOD
-        servo.tick(now)
-    took, allowed = now - last, SETTINGS.command_timeout + needed + 3.0 * PERIOD
-    figure = f'{took:.3f} s, of which {SETTINGS.command_timeout:g} s is command_timeout and {needed:.3f} s the stop'
-    return Check(f'{name}: last twist to standstill', figure, unless(took <= allowed, f'more than {allowed:.3f} s'))
-
-
-def _tip(arm: Arm, q: np.ndarray) -> np.ndarray:
-    """Return the position (3,) [m] of the tip by Pinocchio."""
-    values = np.zeros(arm.model.nq)
-    for joint, position in zip(arm.joint_names, q):
-        values[arm.model.joints[arm.model.getJointId(joint)].idx_q] = position
-    pin.framesForwardKinematics(arm.model, arm._data, values)
-    base, tip = (arm._data.oMf[arm.model.getFrameId(frame)] for frame in (arm.base_frame, arm.tip_frame))
-    return base.actInv(tip).translation.copy()
