@@ -167,6 +167,8 @@ class IkNode(Node):
                 self._outputs.publish_command(result, settings.trajectory_time)
             elif result.command is not None:
                 self._follow(result)
+            else:
+                self._stream.on_no_goal(result.reason)
         except Exception as error:  # the target still gets its result
             result = self._internal_error(result.target, error)
         self._say_later(result, time.perf_counter() - arrived)

@@ -52,7 +52,7 @@ class Stream:
         self._servo: Servo | None = None
         self._arm: Arm | None = None
         self._settings: Settings | None = None
-        self._refusal, self._paused, self._late = '', False, 0
+        self._refusal, self._no_goal, self._paused, self._late = '', '', False, 0
         self._end = threading.Event()
         self._thread: threading.Thread | None = None
         self._contact: ContactAhead | None = None  # for the executor's thread alone
@@ -78,7 +78,7 @@ class Stream:
         with self._lock:
             if arm is not None and self._arm is not None and arm.name != self._arm.name:
                 self._last = {}
-            self._settings, self._arm, self._refusal = settings, arm, ''
+            self._settings, self._arm, self._refusal, self._no_goal = settings, arm, '', ''
             self._contact = None
             if self._servo is not None:
                 self._servo.use(settings.options, arm)
@@ -98,7 +98,7 @@ class Stream:
             self._refuse(str(error))
             return
         with self._lock:
-            self._refusal = ''
+            self._refusal = self._no_goal = ''
             servo.twist(command, time.monotonic(), joint_state)
 
     def on_pose(self, arm: Arm, q: np.ndarray) -> str:
@@ -109,8 +109,13 @@ class Stream:
         except RefusedError as error:
             return str(error)
         with self._lock:
-            self._refusal = ''
+            self._refusal = self._no_goal = ''
             return servo.pose(q, time.monotonic(), joint_state)
+
+    def on_no_goal(self, why: str) -> None:
+        """Note why the last target pose has no joints to go to: the arm waits at the goal before it."""
+        with self._lock:
+            self._no_goal = f'the last pose: {why}'
 
     def look_around(self) -> None:
         """Avoid contact in the present room; if the arm touches it in every configuration, commands are refused."""
@@ -146,12 +151,14 @@ class Stream:
         """Return the state of the servo."""
         with self._lock:
             late, self._late = self._late, 0
-            if self._servo is None:
-                text = self._refusal or 'no command yet'
-                finding = Finding(0.0, Code.REFUSED if self._refusal else Code.WAITING, text)
+            servo, refusal = self._servo, self._refusal
+            if servo is None or servo.finding.code is Code.STANDING:
+                refusal = refusal or self._no_goal
+            refused = Finding(0.0, Code.REFUSED, refusal)
+            if servo is None:
+                finding = refused if refusal else Finding(0.0, Code.WAITING, 'no command yet')
                 return State(finding, 'nobody', '', None, late)
-            servo = self._servo
-            finding = Finding(0.0, Code.REFUSED, self._refusal) if self._refusal else servo.finding
+            finding = refused if refusal else servo.finding
             return State(finding, servo.owner.value, servo.smoothing, servo.motion, late)
 
     def close(self) -> None:

@@ -207,6 +207,19 @@ def test_a_twist_that_cannot_be_meant_is_refused_with_a_reason(client, twist, wh
     assert not client.commands or moved(client) == 0.0
 
 
+def test_a_pose_without_a_solution_is_said_until_the_next_one_that_has_one(client):
+    near, far = ARM.forward(START), ARM.forward(START)
+    near[2, 3] += 0.02
+    far[0, 3] += 5.0
+    client.send(pose_of(near))
+    client.await_label('standing')
+    client.send(pose_of(far))
+    assert 'the last pose: ' in (said := client.await_label('refused')) and 'reach' in said
+    client.send(pose_of(near))
+    client.await_label('standing')
+    assert_within_limits(client.commands)
+
+
 def test_when_joint_states_stop_the_arm_halts_and_says_so(client):
     client.set_parameters({'servo.joint_states_timeout': 0.2})
     client.send_joint_state(joint_state(ARM.joint_names, START))
