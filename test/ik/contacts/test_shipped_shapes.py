@@ -10,7 +10,7 @@ import pytest
 from numerics import random_configurations
 
 from bench.published_robots import PANDA, ROBOTS, SHARE, UrdfJudge
-from ros_ik_pkg.ik import SolveOptions, Status, load_arm, robot_names, solve
+from ros_ik_pkg.ik import Obstacle, SolveOptions, Status, World, load_arm, robot_names, solve
 
 SHAPED = ('fr3', 'iiwa14', 'panda', 'ur10e', 'ur3e', 'ur5e')
 X, Y, Z = np.eye(3)
@@ -240,3 +240,16 @@ def test_all_lists_each_branch_that_coal_calls_clear_if_it_says_so_by_proof(name
         else:
             assert found.status == Status.COLLISION
     assert near_contact > 2
+
+
+@pytest.mark.parametrize('name', SHAPED)
+def test_a_shipped_robot_stands_on_a_floor_and_on_a_table(name):
+    arm = load_arm(name)
+    table = np.eye(4)
+    table[2, 3] = -0.0251
+    q = arm.home + 0.1
+    for world in (World(floor=0.0), World(obstacles=(Obstacle('table', 'box', (2.0, 2.0, 0.05), table),))):
+        assert solve(arm, arm.forward(q), q, world=world).converged
+        elbow_down = q.copy()
+        elbow_down[1] = arm.upper[1]
+        assert arm.contacts.look(np.minimum(elbow_down, 2.6), world).touches
