@@ -122,6 +122,9 @@ def solve_batch(
         for first, last in rest:
             part = *arguments(first, last), NOTHING, NOTHING, NOTHING
             search_targets(arm, room, options, *part)
+        for k in (a + np.flatnonzero(out[a:b, arm.n + STATUS] == Status.COLLISION)).tolist():
+            of_joints = slice(k * arm.n, (k + 1) * arm.n)
+            out[k] = solve_at_length(arm, goals[k], starts[of_joints], options, origins[of_joints], False, room).row
         return b - a
 
     threads = len(os.sched_getaffinity(0)) if workers is None else workers
@@ -137,9 +140,6 @@ def solve_batch(
         k = int(bad[0])
         rows = slice(k * arm.n, (k + 1) * arm.n)
         raise ArgumentError(f'row {k}: {argument_error(arm, options, goals[k], starts[rows], origins[rows])}')
-    for k in np.flatnonzero(figures[STATUS] == Status.COLLISION).tolist():
-        rows = slice(k * arm.n, (k + 1) * arm.n)
-        out[k] = solve_at_length(arm, goals[k], starts[rows], options, origins[rows], False, room).row
     status, steps, attempts = figures[[STATUS, STEPS, ATTEMPTS]].astype(np.int64)
     return BatchSolution(
         out[:, : arm.n], status, figures[POSITION_ERROR], figures[ORIENTATION_ERROR], steps, attempts,

@@ -209,7 +209,7 @@ class Solution:
         "What is known of other solutions. 'proof': there are none within the limits but those in `solutions`, with "
         "choice='nearest' none is nearer than q, and after a failure there is none at all. 'exhaustion': so it is very "
         "likely, for further attempts found nothing. 'family': the pose is singular, and solutions form a continuous "
-        "family, of which some are listed. '': nothing.",
+        "family, of which some are listed. '': nothing. With contact, 'nearest' leaves out what only coal calls clear.",
     )
     solve_time = _figure('solve_time', float, 'Seconds inside the compiled search.')
 

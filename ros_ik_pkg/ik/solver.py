@@ -26,8 +26,8 @@ from ros_ik_pkg.ik.search.entry import (
     solve_usual,
 )
 from ros_ik_pkg.ik.search.search import COLLISION, NOT_COMPILED
-from ros_ik_pkg.ik.solution import FIGURES, NOT_KNOWN, Solution, Status, Trace
-from ros_ik_pkg.ik.touching import take_best
+from ros_ik_pkg.ik.solution import BY_PROOF, FIGURES, NOT_KNOWN, Solution, Status, Trace
+from ros_ik_pkg.ik.touching import add_clear, take_best
 from ros_ik_pkg.ik.world import World
 
 TRACE_CAPACITY = 20000  # iterates; 2 MB
@@ -162,19 +162,27 @@ def solve_at_length(
     count = search_targets(arm, room, options, target, seed, origin, row.reshape(1, -1), answers, touching, rows)
     if row[STATUS - WIDTH] == NOT_AN_ARGUMENT:
         raise argument_error(arm, options, target, seed, origin)
-    if room is not None and row[STATUS - WIDTH] == COLLISION:
+    touching = touching[~np.isnan(touching[:, 0])] if room is not None else NOTHING
+    if room is not None and len(touching):
 
         def look_at(q: np.ndarray, numbers: np.ndarray, one: np.ndarray) -> None:
             solve_range(arm.packed, numbers, target, q, origin, one.reshape(1, -1), NOTHING, NOTHING, NOTHING)
 
-        wishes = n < options.wishes_below
-        alone = demanded_alone(options) if wishes else options
-        take_best(look_at, alone, room, touching[~np.isnan(touching[:, 0])], row)
-        if wishes:
-            measure_wishes(arm, options, target, origin, row)
+        proven = row[COMPLETENESS - WIDTH] == BY_PROOF
+        touched = row[STATUS - WIDTH] == COLLISION
+        if touched:
+            wishes = n < options.wishes_below
+            alone = demanded_alone(options) if wishes else options
+            take_best(look_at, alone, room, touching, row)
+            if wishes:
+                measure_wishes(arm, options, target, origin, row)
         if row[STATUS - WIDTH] == Status.CONVERGED and options.choice == 'all':
-            answers[0] = row[:n]
-            row[COMPLETENESS - WIDTH] = NOT_KNOWN  # coal may find others clear too
+            if touched:
+                answers[0] = row[:n]
+            if proven:  # nothing else is known to be left out
+                add_clear(look_at, options, room, touching, origin, row, answers)
+            if len(touching) == MOST_TOUCHING or (touched and not proven):
+                row[COMPLETENESS - WIDTH] = NOT_KNOWN  # coal may find others clear too
     found = answers[: int(row[FOUND - WIDTH])] if options.choice == 'all' else None
     return Solution(row, found, _trace(rows, count, n) if trace else None, room)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,9 @@ from ros_ik_pkg.compare.command import picture
 from ros_ik_pkg.compare.problem import NOTES_ROBOT, is_rotary
 from ros_ik_pkg.ik import Arm, IkError, PathOptions, PathSolution, load_arm, solve_path
 from ros_ik_pkg.tools.path_files import read_path_file
+
+NOTICE_AFTER = 3.0  # s
+STILL_SOLVING = 'path: still solving; the first path on a machine also compiles, for about a minute'
 
 
 def arguments() -> argparse.ArgumentParser:
@@ -47,7 +51,12 @@ def main() -> int:
         seed = given.seed
         if seed is not None and given.degrees and len(seed) == arm.n:
             seed = np.where(is_rotary(arm), np.radians(seed), seed)
-        solution = solve_path(arm, file.poses, seed, path=path, stamps=file.times, vias=file.vias)
+        notice = threading.Timer(NOTICE_AFTER, print, [STILL_SOLVING], {'file': sys.stderr})
+        notice.start()
+        try:
+            solution = solve_path(arm, file.poses, seed, path=path, stamps=file.times, vias=file.vias)
+        finally:
+            notice.cancel()
         if given.csv:
             write_rows(given.csv, arm, solution)
         if given.plot:

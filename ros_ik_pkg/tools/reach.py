@@ -12,7 +12,18 @@ import numpy as np
 
 from ros_ik_pkg.compare.command import picture
 from ros_ik_pkg.compare.progress import progress_bar
-from ros_ik_pkg.ik import Arm, IkError, ReachMap, SolveOptions, World, load_arm, rank_placements, reach_map, warm_up
+from ros_ik_pkg.ik import (
+    ArgumentError,
+    Arm,
+    IkError,
+    ReachMap,
+    SolveOptions,
+    World,
+    load_arm,
+    rank_placements,
+    reach_map,
+    warm_up,
+)
 from ros_ik_pkg.ik.reachability import placement
 from ros_ik_pkg.ik.reachability.figures import MEANINGS, end_of_scale, position_figure, position_figures, red_to_blue
 from ros_ik_pkg.ik.reachability.reach_map import CHUNKS, ROUNDS, SAMPLES
@@ -71,6 +82,8 @@ def main() -> int:
 
 def write_map(arm: Arm, given: argparse.Namespace, options: SolveOptions) -> None:
     """Make the map, print what it says and write the files."""
+    if given.colour == 'clearance' and not (options.avoid_collisions and arm.shaped):
+        raise ArgumentError('the map has no clearance: contact does not count; expected share or sigma_min')
     began = time.monotonic()
     box = None if given.box is None else np.reshape(given.box, (2, 3))
     found = reach_map(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import time
 
 import numpy as np
 import pytest
@@ -75,6 +76,23 @@ def test_bad_input_is_named(monkeypatch, tmp_path, capsys, words, text):
     first = [] if words[0].endswith('.csv') else [write_line(tmp_path, 0.1)]
     assert run(monkeypatch, *first, *words) == 1
     assert text in capsys.readouterr().err
+
+
+def test_a_path_that_takes_long_says_that_it_may_be_compiling(monkeypatch, tmp_path, capsys):
+    said = []
+
+    def slow(*arguments, **options):
+        for _ in range(1000):
+            said.append(capsys.readouterr().err)
+            if said[-1]:
+                break
+            time.sleep(0.01)
+        return solve_path(*arguments, **options)
+
+    monkeypatch.setattr(path, 'NOTICE_AFTER', 0.0)
+    monkeypatch.setattr(path, 'solve_path', slow)
+    assert run(monkeypatch, write_line(tmp_path, 0.1)) == 0
+    assert 'compiles' in said[-1]
 
 
 def test_the_motion_between_rows_is_the_polynomial_of_controllers():

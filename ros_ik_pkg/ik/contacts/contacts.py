@@ -29,8 +29,8 @@ from ros_ik_pkg.ik.contacts.frames import HELD, Bodies, frame_of, make_bodies, r
 from ros_ik_pkg.ik.contacts.judge import FLOOR, Contact, Judge
 from ros_ik_pkg.ik.contacts.kept_apart import bounds_of, find_kept_apart
 from ros_ik_pkg.ik.contacts.levers import make_levers
-from ros_ik_pkg.ik.contacts.pairs import LeftOut, find_left_out
-from ros_ik_pkg.ik.contacts.srdf import read_srdf
+from ros_ik_pkg.ik.contacts.pairs import find_left_out
+from ros_ik_pkg.ik.contacts.srdf import read_allowed
 from ros_ik_pkg.ik.exceptions import ArgumentError
 from ros_ik_pkg.ik.model.tree import Tree
 from ros_ik_pkg.ik.text import list_names, suggest
@@ -61,13 +61,10 @@ class Contacts:
         self._tree, self._model, self._base = tree, model, base
         self._home, self._variables = dict(zip(variables, home)), tuple(variables)
         self._limits = lower, upper
-        allowed = {} if srdf is None else read_srdf(srdf, tree)
-        if not allowed and tree.shape_file is not None:
-            allowed = read_srdf(tree.shape_file, tree)
         self._pieces, self.warnings = load_pieces(tree, [Path(folder).expanduser() for folder in meshes])
         self._bodies = make_bodies(tree, variables)
         self._bounds = bounds_of(self._bodies, lower, upper)
-        self.left_out: tuple[LeftOut, ...] = find_left_out(tree, self._bodies, self._pieces, self._home, allowed)
+        self.left_out = find_left_out(tree, self._bodies, self._pieces, self._home, read_allowed(srdf, tree))
         for warning in self.warnings:
             LOG.warning('%s', warning)
         LOG.info('links that may touch: %s', self.described())
@@ -151,9 +148,7 @@ class Room:
         self._check_names()
         self._values = self._bodies.values({**contacts._home, **world.positions})
         self._pairs = self._find_pairs()
-        base = self._bodies.links[contacts._base][0]
-        self._grounded = [k for k, piece in enumerate(self._pieces)
-                          if self._between(self._body_of(piece)[0], base)] if world.floor is not None else []
+        self._grounded = self._find_grounded() if world.floor is not None else []
         self._judges: dict[bool, Judge] = {}
         self._model: tuple[np.ndarray, np.ndarray] | None = None  # a packed arm, and the same with the scene behind it
         self._refuse_walls()
@@ -218,6 +213,12 @@ class Room:
                     pairs.append((i, j))
         return sorted(pairs, key=self._distance_kept)
 
+    def _find_grounded(self) -> list[int]:
+        """Return the pieces that move relative to the floor and may not touch it."""
+        base, left_out = self._bodies.links[self._contacts._base][0], {pair[:2] for pair in self._contacts.left_out}
+        return [k for k, piece in enumerate(self._pieces)
+                if self._between(self._body_of(piece)[0], base) and (piece.owner, FLOOR) not in left_out]
+
     def _distance_kept(self, pair: tuple[int, int]) -> float:
         """Return the distance that two pieces keep [m], -inf if none is known."""
         return self._kept_apart.get(pair, -np.inf)
@@ -226,9 +227,9 @@ class Room:
         """Return whether two owners of pieces may touch."""
         for name, partner in ((one, other), (other, one)):
             held = self._held.get(name)
-            if held is not None and held.link and partner in (held.link, *held.touches):
+            if held and (partner in (held.link, *held.touches) if held.link else {partner, FLOOR} in left_out):
                 return True
-        return frozenset((one, other)) in left_out
+        return {one, other} in left_out
 
     @cached_property
     def packed(self) -> np.ndarray:
@@ -332,8 +333,7 @@ class Room:
 
     def _values_at(self, q: np.ndarray) -> np.ndarray:
         """Return the values of all joints of the robot at q."""
-        values = self._bodies.values({**self.world.positions, **dict(zip(self._contacts._variables, q))})
-        return np.array(values)
+        return np.array(self._bodies.values({**self.world.positions, **dict(zip(self._contacts._variables, q))}))
 
     def _judge(self, meshes: bool) -> Judge:
         """Return coal's view, made at its first use."""

@@ -12,6 +12,7 @@ import numpy as np
 from ros_ik_pkg.ik.contacts.bodies import Piece
 from ros_ik_pkg.ik.contacts.coal_library import coal
 from ros_ik_pkg.ik.contacts.frames import Bodies, frame_of
+from ros_ik_pkg.ik.contacts.judge import FLOOR
 from ros_ik_pkg.ik.model.tree import Tree
 
 SAMPLES = 300
@@ -21,7 +22,7 @@ ALWAYS = f'touch in each of {SAMPLES} sampled configurations'
 
 
 class LeftOut(NamedTuple):
-    """Two links that may touch, and why."""
+    """Two links, or a link and the floor, that may touch, and why."""
 
     link: str
     other: str
@@ -62,8 +63,8 @@ def find_left_out(
     reasons |= {frozenset(pair): ALWAYS for pair in touching}
     found = []
     for pair, reason in reasons.items():
-        if len(pair) == 2 and pair <= set(owners):
-            link, other = sorted(pair, key=tree.links.index)
+        if len(pair) == 2 and pair <= {*owners, FLOOR}:
+            link, other = sorted(pair, key=[*tree.links, FLOOR].index)
             found.append(LeftOut(link, other, reason))
     return tuple(found)
 

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from xml.etree import ElementTree
 
+from ros_ik_pkg.ik.contacts.judge import FLOOR
 from ros_ik_pkg.ik.exceptions import ModelError
 from ros_ik_pkg.ik.model.sources import BLANK, path_of
 from ros_ik_pkg.ik.model.tree import Tree
@@ -14,8 +15,21 @@ from ros_ik_pkg.ik.model.urdf import MAX_BYTES, parse_xml
 Allowed = dict[frozenset[str], str]
 
 
+def read_allowed(srdf: str | os.PathLike[str] | None, tree: Tree) -> Allowed:
+    """Return the pairs that an SRDF allows to touch, or if it names none, those of the robot's file of shapes.
+
+    A link that may touch the floor by the file of shapes may do so with any SRDF. Raises ModelError as `read_srdf`.
+    """
+    allowed = {} if srdf is None else read_srdf(srdf, tree)
+    if tree.shape_file is None:
+        return allowed
+    of_shapes = read_srdf(tree.shape_file, tree)
+    on_floor = {pair: reason for pair, reason in of_shapes.items() if FLOOR in pair}
+    return {**on_floor, **allowed} if allowed else of_shapes
+
+
 def read_srdf(source: str | os.PathLike[str], tree: Tree) -> Allowed:
-    """Return the pairs of links that an SRDF allows to touch, each with its reason.
+    """Return the pairs of links, or of a link and the floor, that an SRDF allows to touch, each with its reason.
 
     Parameters
     ----------
@@ -40,7 +54,7 @@ def read_srdf(source: str | os.PathLike[str], tree: Tree) -> Allowed:
             raise ModelError('SRDF: <disable_collisions> needs link1 and link2')
         pairs[frozenset((one, other))] = element.get('reason', '').strip() or 'no reason given'
     _refuse_other_robot(robot, pairs, tree)
-    return {pair: f'SRDF: {reason}' for pair, reason in pairs.items() if pair <= set(tree.links)}
+    return {pair: f'SRDF: {reason}' for pair, reason in pairs.items() if pair <= {*tree.links, FLOOR}}
 
 
 def _text_of(source: str | os.PathLike[str]) -> str | bytes:
@@ -62,7 +76,7 @@ def _text_of(source: str | os.PathLike[str]) -> str | bytes:
 def _refuse_other_robot(robot: ElementTree.Element, pairs: Allowed, tree: Tree) -> None:
     """Raise ModelError if an SRDF with pairs has another name than the robot, or mostly links that it lacks."""
     name, links = robot.get('name', ''), {link for pair in pairs for link in pair}
-    unknown = sorted(links - set(tree.links))
+    unknown = sorted(links - {*tree.links, FLOOR})
     if pairs and name != tree.name:
         raise ModelError(f'the SRDF is for robot {name!r}; expected one for {tree.name!r}')
     if 2 * len(unknown) > len(links):

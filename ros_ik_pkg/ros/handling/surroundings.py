@@ -65,8 +65,11 @@ class Surroundings:
                 try:
                     self._move(place(Header(frame_id=self._base)))
                 except RefusedError as error:
+                    lost = len(self.markers.current()) + len(self.scene.current())
                     self.markers, self.scene = ObstacleMarkers(), SceneObjects()
-                    reasons.append(f'all that were given in {self._base!r}, the base frame of another robot: {error}')
+                    if lost:
+                        where = f'{self._base!r}, the base frame of another robot'
+                        reasons.append(f'all that were given in {where}: {error}')
             self._base = arm.base_frame
             while self._early:
                 reasons += self._take(self._early.popleft(), arm, place)

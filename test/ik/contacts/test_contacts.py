@@ -190,6 +190,23 @@ def test_an_srdf_says_what_may_touch_by_path_uri_and_text():
     assert all(pair.reason.startswith('SRDF') for pair in found[0])
 
 
+def test_a_link_that_may_touch_the_floor_may_touch_all_that_does_not_move():
+    urdf, srdf, tip = PANDA
+    text = srdf.read_text().replace(
+        '</robot>', '<disable_collisions link1="floor" link2="panda_link1" reason="Stands"/></robot>')
+    arm = load_arm(urdf, tip=tip, srdf=text)
+    assert ('panda_link1', 'floor', 'SRDF: Stands') in arm.contacts.left_out
+    pose = np.eye(4)
+    pose[:3, 3] = 0.8, 0.0, 0.3
+    still, held = (Obstacle(name, 'box', (0.1, 0.1, 0.1), pose, link) for name, link in
+                   (('still', ''), ('held', 'panda_link7')))
+    pairs = arm.contacts.room(World(floor=-0.5, obstacles=(still, held))).pairs
+    for thing in ('floor', 'still'):
+        assert frozenset(('panda_link1', thing)) not in pairs and frozenset(('panda_link2', thing)) in pairs
+    assert frozenset(('panda_link1', 'held')) in pairs
+    assert frozenset(('panda_link1', 'floor')) in load_arm(urdf, tip=tip, srdf=srdf).contacts.room(World(-0.5)).pairs
+
+
 def test_an_empty_srdf_is_as_none():
     urdf, srdf, _ = Z1
     assert load_arm(urdf, srdf=srdf).contacts.left_out == load_arm(urdf).contacts.left_out

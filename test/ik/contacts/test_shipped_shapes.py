@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from numerics import random_configurations
 
 from bench.published_robots import PANDA, ROBOTS, SHARE, UrdfJudge
-from ros_ik_pkg.ik import Status, load_arm, robot_names, solve
+from ros_ik_pkg.ik import Obstacle, SolveOptions, Status, World, load_arm, robot_names, solve
 
 SHAPED = ('fr3', 'iiwa14', 'panda', 'ur10e', 'ur3e', 'ur5e')
 X, Y, Z = np.eye(3)
@@ -212,3 +214,42 @@ def test_a_shipped_robot_with_shapes_is_clear_at_home_and_solves_for_what_is_cle
 
 def test_every_other_shipped_robot_has_no_shapes():
     assert {name for name in robot_names() if load_arm(name).tree.shapes} == set(SHAPED)
+
+
+@pytest.mark.parametrize('name', ['ur3e', 'ur5e'])
+def test_all_lists_each_branch_that_coal_calls_clear_if_it_says_so_by_proof(name):
+    arm = load_arm(name)
+    every = SolveOptions(choice='all', deadline=0.0)
+    unchecked = replace(every, avoid_collisions=False)
+    near_contact = 0
+    for q in random_configurations(arm, np.random.default_rng(5), 800):
+        target = arm.forward(q)
+        found, branches = solve(arm, target, arm.home, every), solve(arm, target, arm.home, unchecked)
+        if found.completeness != 'proof' or branches.completeness != 'proof':
+            continue
+        gaps = np.array([arm.contacts.look(branch).clearance for branch in branches.solutions])
+        if np.any(np.abs(gaps) < 2e-5):  # coal's tolerance decides
+            continue
+        clear = branches.solutions[gaps > 0.0]
+        near_contact += np.any((gaps > 0.0) & (gaps < 1e-3))
+        np.testing.assert_allclose(found.solutions, clear, atol=1e-3)
+        if len(clear):
+            np.testing.assert_array_equal(found.q, found.solutions[0])
+            assert found.converged
+            np.testing.assert_allclose(arm.forward(found.q), target, atol=1e-4)
+        else:
+            assert found.status == Status.COLLISION
+    assert near_contact > 2
+
+
+@pytest.mark.parametrize('name', SHAPED)
+def test_a_shipped_robot_stands_on_a_floor_and_on_a_table(name):
+    arm = load_arm(name)
+    table = np.eye(4)
+    table[2, 3] = -0.0251
+    q = arm.home + 0.1
+    for world in (World(floor=0.0), World(obstacles=(Obstacle('table', 'box', (2.0, 2.0, 0.05), table),))):
+        assert solve(arm, arm.forward(q), q, world=world).converged
+        elbow_down = q.copy()
+        elbow_down[1] = arm.upper[1]
+        assert arm.contacts.look(np.minimum(elbow_down, 2.6), world).touches

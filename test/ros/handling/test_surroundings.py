@@ -146,6 +146,13 @@ def test_obstacles_in_the_base_frame_of_another_robot_are_left_aside_with_a_reas
     assert ARM.base_frame in reason and handler.surroundings.markers.current() == ()
 
 
+def test_another_robot_is_taken_over_without_a_word_if_there_were_no_obstacles():
+    handler = handler_with()
+    assert handler.take_obstacles(marker(0.4, 0, 0)) == []
+    assert handler.take_obstacles(marker(0, 0, 0, action=Marker.DELETEALL)) == []
+    assert handler.take_over(handler.parameters, load_arm('panda')) == []
+
+
 def test_a_floor_through_the_base_is_refused_with_the_reason_and_the_next_target_is_right():
     handler = handler_with(ground=0.5)
     target = target_of(ARM.forward(np.array([0.3, -1.2, 1.4, -0.6, 1.0, 0.2])))
