@@ -23,7 +23,6 @@ FAR = 1e6  # rad, m: room without bound
 TOP_SPEED = 0.95  # of the velocity limits: the rest is for catching up
 BRAKE = 0.3  # of acceleration and jerk, reserved for stopping; the rest is for the curve of the line
 TURN = 0.6  # of acceleration: how much a joint changes it as it begins to brake
-EARLY_TURN = 0.3  # the same towards a singularity: the joints accelerate there on any line, so earlier is harder
 CURVE = 0.4  # of the acceleration limits, for the curve of the joints along a straight line
 SMOOTHNESS = 2.0  # power of the sum over joints, so that there is no kink if another joint becomes the hardest
 ROOM_WHERE_HALTED = 0.03  # rad, m: room in which a motion that leads away from below the halting threshold can stop
@@ -219,31 +218,30 @@ class Caution:
     def _share(self, allowed: Allowance, velocity: np.ndarray) -> tuple[float, bool]:
         """Return the allowed share of the velocity (n,), and whether it leads away."""
         rooms = allowed.room * np.abs(velocity) / np.abs(velocity).max()
-        turn = TURN if allowed.away else EARLY_TURN
-        most = np.minimum(allowed.most * self._limits.velocity, self._stoppable(rooms, turn))
+        most = np.minimum(allowed.most * self._limits.velocity, self._stoppable(rooms))
         most = np.maximum(allowed.least * self._limits.velocity, most)
         return float(_shares(most, velocity).min()), allowed.away
 
-    def _stoppable(self, room: np.ndarray, turn: float = TURN) -> np.ndarray:
+    def _stoppable(self, room: np.ndarray) -> np.ndarray:
         """Return the velocity (n,) from which each joint stops within a room (n,), at BRAKE of its limits.
 
         It uses v^2 / 2a + v (a / 2j + t): the length of a stop that reaches both limits, and of the motion in the time
-        t in which the joint changes its acceleration by `turn` of its limit.
+        t in which the joint changes its acceleration by TURN of its limit.
         """
-        a, ramp = self._braking(turn)
+        a, ramp = self._braking()
         room = np.clip(room, 0.0, FAR)
         return 2.0 * room / (np.sqrt(ramp**2 + 2.0 * room / a) + ramp)
 
     def _stop(self, speed: np.ndarray) -> np.ndarray:
         """Return the length (n,) of a stop from a speed (n,) of each joint: the inverse of `_stoppable`."""
-        a, ramp = self._braking(TURN)
+        a, ramp = self._braking()
         return speed**2 / (2.0 * a) + speed * ramp
 
-    def _braking(self, turn: float) -> tuple[np.ndarray, np.ndarray]:
+    def _braking(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the acceleration a (n,) of a stop, and a / 2j + t (n,)."""
         j = BRAKE * self._limits.jerk
         a = np.minimum(BRAKE * self._limits.acceleration, np.sqrt(j * self._limits.velocity))  # a stop needs no more
-        return a, a / (2.0 * j) + turn * self._limits.acceleration / self._limits.jerk
+        return a, a / (2.0 * j) + TURN * self._limits.acceleration / self._limits.jerk
 
 
 def _shares(most: np.ndarray, velocity: np.ndarray) -> np.ndarray:

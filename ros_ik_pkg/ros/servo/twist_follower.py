@@ -27,6 +27,7 @@ from ros_ik_pkg.ros.servo.self_motion import SelfMotion
 TOLERANCE = 1e-8  # m, rad: the error of each solve is noise in velocity and jerk
 STILL = 1e-6  # rad/s, m/s: speed at which a motion has ended
 SHARE = 0.5  # of acceleration and jerk for a change of the twist; the rest is for the curves of the joints
+TURN = 0.8  # of acceleration: the most by which a joint changes it from speeding up to braking
 GENTLE = 0.4  # as above, on a line to a pose, whose joints may reach their top speed
 MOST_HELD_BACK = 0.7  # allowed share of the twist below which the twist itself is reduced
 GENTLE_SPEED = 0.5  # of the velocity limits, on such a line
@@ -77,6 +78,7 @@ class TwistFollower:
             orientation_tolerance=min(options.orientation_tolerance, TOLERANCE),
         )  # fmt: skip
         self._options = replace(near, avoid_collisions=False, null_space='none')
+        self._lead = TURN * float(np.min(limits.acceleration / limits.jerk))
         self._self_motion = SelfMotion(arm, limits, near, period)
         self.start(arm.home)
 
@@ -107,7 +109,7 @@ class TwistFollower:
         wanted, before = self._in_base_axes(command), self._moving
         here, rows = self._here()
         self._shape(wanted, here.joints_from_twist)
-        finding = self._slow(self._caution.judge(here, self._twist, rows), wanted, here.joints_from_twist)
+        finding = self._slow(self._caution.judge(here, self._coming(), rows), wanted)
         return self._move(before, finding, here, bool(wanted.any()))
 
     def approach(self, base_from_target: np.ndarray, twist: np.ndarray, q: np.ndarray) -> tuple[Motion, Finding]:
@@ -121,14 +123,18 @@ class TwistFollower:
         away = rows.T @ (rows @ way_between(self.base_from_goal, base_from_target))
         before = self._moving
         wanted = self._pursue(away, twist, here.joints_from_twist)
-        finding = self._caution.judge(here, self._twist, rows, GENTLE_CURVE)
-        finding = self._slow(finding, wanted, here.joints_from_twist)
+        finding = self._caution.judge(here, self._coming(), rows, GENTLE_CURVE)
+        finding = self._slow(finding, wanted)
         motion, finding = self._move(before, finding, here, bool(wanted.any()))
         if finding.code in JOINTS_TOO_FAST:  # a pose asks for no speed
             finding = FOLLOWING
         if finding.code is Code.FOLLOWING and self.standing and np.abs(away).max() > OFF:
             finding = Finding(0.0, Code.HALTED_BLOCKED, 'no motion of the joints brings the tip nearer to the pose')
         return motion, finding
+
+    def _coming(self) -> np.ndarray:
+        """Return the twist (6,) to judge: that of the time when the joints, which now accelerate, could brake."""
+        return self._twist + self._lead * self._change
 
     def _here(self) -> tuple[Posture, np.ndarray]:
         """Return the posture, and the rows (k, 6) of the task in base axes."""
@@ -246,7 +252,7 @@ class TwistFollower:
     def _scale(self, share: float) -> None:
         self._twist, self._change = share * self._twist, share * self._change
 
-    def _slow(self, finding: Finding, wanted: np.ndarray, joints_from_twist: np.ndarray) -> Finding:
+    def _slow(self, finding: Finding, wanted: np.ndarray) -> Finding:
         """Slow the twist to the share that a finding allows, without a kink; return the finding to report.
 
         What is held back does not accumulate: when the rules allow more, the twist grows from its present value.

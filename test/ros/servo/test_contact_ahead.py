@@ -136,7 +136,7 @@ def test_an_obstacle_that_appears_in_the_way_of_a_motion_halts_it():
     room = run.arm.contacts.room(World(obstacles=(box('box', tip - (0.0, 0.0, 0.3), (0.3, 0.3, 0.2)),)))
     run.servo.see(ContactAhead(run.arm, room, THRESHOLDS, 0.0))
     run.room = room
-    run.ticks(800, DOWN)
+    run.ticks(1200, DOWN)
     assert run.codes[-1] == Code.HALTED_CONTACT and run.clearances.min() > 0.0
     run.assert_smooth()
 
