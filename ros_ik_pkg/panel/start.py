@@ -24,8 +24,13 @@ def arguments() -> argparse.ArgumentParser:
 
 
 def main() -> int:
-    """Run both; returns 1 if the node ends by itself, which also ends the panel."""
+    """Run both; returns 1 if the node ends by itself, which also ends the panel, or if the panel can't be served."""
     given = arguments().parse_args()
+    try:
+        panel_node.check_host(given.host)
+    except OSError as error:  # said before there is a node, which could not yet be stopped quietly
+        print(f'panel: {error}', file=sys.stderr, flush=True)
+        return 1
     node = subprocess.Popen(node_command(given), start_new_session=True)  # Ctrl-C reaches it only through this process
 
     def ended() -> str:

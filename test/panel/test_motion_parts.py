@@ -207,7 +207,7 @@ def test_a_map_is_shown_once_cubes_and_poses_of_one_stamp_are_there(panel):
     reach.ask()
     assert 'map_reach is called' in reach._words.content
     header = Header(stamp=Time(sec=3), frame_id='base')
-    cubes = Marker(header=header, type=Marker.CUBE_LIST, points=[Point(y=-0.5), Point(y=0.5)],
+    cubes = Marker(header=header, ns='share', text='1', type=Marker.CUBE_LIST, points=[Point(y=-0.5), Point(y=0.5)],
                    colors=[ColorRGBA(r=1.0), ColorRGBA(b=1.0)])  # fmt: skip
     cubes.scale.x = 0.1
     pose = Pose()

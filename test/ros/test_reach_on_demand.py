@@ -50,7 +50,8 @@ def test_targets_are_answered_while_the_reach_is_mapped_and_the_map_is_there_for
     late = listen(client, topics.REACH)
     poses = listen(client, topics.REACH_POSES)
     client.wait_for(lambda: late and poses, 'the latched messages')
-    (marker,), (array,) = late[0].markers, poses
+    (marker, *others), (array,) = late[0].markers, poses
+    assert [one.ns for one in (marker, *others)] == ['share', 'sigma_min']
     assert marker.header.stamp == array.header.stamp and marker.header.frame_id == array.header.frame_id == 'base'
     assert len(marker.points) == len(array.poses) > 1000
     edge = marker.scale.x / 0.45
