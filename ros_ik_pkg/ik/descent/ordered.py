@@ -105,7 +105,7 @@ def measure_in_order(task, wish, R, p, work):
     )  # fmt: skip
 
 
-@kernel
+@inlined
 def fill_both(geometry, task, wish, R, p, work):
     """Write the Jacobians by columns: that of the task to work.columns, that of the wish to wish.columns, and to
     work.trial that of all rows in the task's axes, without weights."""
@@ -125,7 +125,7 @@ def fill_both(geometry, task, wish, R, p, work):
         shape_rows(wish.task, R, wish.task.weights, wish.columns)
 
 
-@kernel
+@inlined
 def estimate_multipliers(wish, work):
     """Write the Lagrange multipliers of least squares, J J^T y = -J b as in ordered_step.py, times the weights of their
     rows to work.rhs; while a joint is held at a limit, those of the last step stay.
