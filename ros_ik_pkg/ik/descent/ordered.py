@@ -8,7 +8,7 @@ from ros_ik_pkg.ik.descent.descent import CLOCK_EVERY
 from ros_ik_pkg.ik.descent.ordered_step import LONGEST_STEP, step_in_order
 from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
-from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
+from ros_ik_pkg.ik.kernel.compiled import inlined
 from ros_ik_pkg.ik.kernel.linalg import ROWS, factor, fill, gram, substitute
 from ros_ik_pkg.ik.kinematics.forward import fill_columns, walk
 from ros_ik_pkg.ik.kinematics.pose_error import twist_error
@@ -21,7 +21,7 @@ LEAST_SQUARES = 1e-4  # added to J J^T for the multipliers, over its largest dia
 HALF, PATIENCE = 0.5, 5  # the error of the task falls by this factor within so many steps, or the descent is given up
 
 
-@kernel
+@inlined
 def descend_in_order(geometry, task, wish, tuning, cap, most, stop_time, attempt, work, recorder):
     """Descend from work.q; return (whether the task is held, steps, norm of the weighted wished error).
 

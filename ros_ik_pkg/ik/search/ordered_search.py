@@ -17,7 +17,7 @@ from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, judge
 from ros_ik_pkg.ik.descent.descent import CONVERGED, descend
 from ros_ik_pkg.ik.descent.ordered import descend_in_order, measure_in_order
 from ros_ik_pkg.ik.kernel.clock import passed
-from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.kinematics.task import look_at_error
@@ -44,7 +44,7 @@ MOST_CUTS = 8
 ALIKE = 1e-3  # scores this near are alike: which of them are looked at does not matter
 
 
-@kernel
+@inlined
 def search_in_order(
     geometry, starts, free, reach, pose, task, wish, tuning, preferences, stop_time, solutions, work, recorder
 ):
@@ -128,7 +128,7 @@ def search_in_order(
     return steps, attempts, found
 
 
-@kernel
+@inlined
 def away(geometry, task, wish, scale, work):
     """Return how far work.q is from the demanded rows: the sum of the distance over `scale` and the angle [rad]."""
     R, p = walk(geometry, work.q, work.joints)
@@ -136,7 +136,7 @@ def away(geometry, task, wish, scale, work):
     return position_error / scale + orientation_error
 
 
-@kernel
+@inlined
 def turn_over(geometry, task, wish, worth, work):
     """Turn the last joint from one limit to the other; return whether it was at one and the wish is below `worth` then.
 
@@ -154,7 +154,7 @@ def turn_over(geometry, task, wish, worth, work):
     return norm < worth
 
 
-@kernel
+@inlined
 def next_ordered_start(geometry, starts, free, goal, wish, nearest, least, enough, cut, count, work):
     """Return the start with the lowest score below `enough`, -1 if there is none, and the cut and number of the picks,
     which are the starts that were looked at.
@@ -174,7 +174,7 @@ def next_ordered_start(geometry, starts, free, goal, wish, nearest, least, enoug
     return k, cut, count
 
 
-@kernel
+@inlined
 def reach_whole(geometry, pose, tuning, preferences, stop_time, work, recorder):
     """Descend from work.q to the whole pose by the selected method; return the steps, and whether that is accepted.
 
