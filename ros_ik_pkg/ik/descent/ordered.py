@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.descent.descent import CLOCK_EVERY
-from ros_ik_pkg.ik.descent.ordered_step import LONGEST_STEP, step_in_order
+from ros_ik_pkg.ik.descent.ordered_step import LONGEST_STEP, solve_rows_of, step_in_order
 from ros_ik_pkg.ik.descent.recorder import record, record_step
 from ros_ik_pkg.ik.kernel.clock import passed
-from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
-from ros_ik_pkg.ik.kernel.linalg import ROWS, factor, fill, gram, substitute
+from ros_ik_pkg.ik.kernel.compiled import inlined
+from ros_ik_pkg.ik.kernel.linalg import ROWS, fill
 from ros_ik_pkg.ik.kinematics.forward import fill_columns, walk
 from ros_ik_pkg.ik.kinematics.pose_error import twist_error
 from ros_ik_pkg.ik.kinematics.task import AIM, apart, shape_rows, turn_into_axes
@@ -21,7 +21,7 @@ LEAST_SQUARES = 1e-4  # added to J J^T for the multipliers, over its largest dia
 HALF, PATIENCE = 0.5, 5  # the error of the task falls by this factor within so many steps, or the descent is given up
 
 
-@kernel
+@inlined
 def descend_in_order(geometry, task, wish, tuning, cap, most, stop_time, attempt, work, recorder):
     """Descend from work.q; return (whether the task is held, steps, norm of the weighted wished error).
 
@@ -105,7 +105,7 @@ def measure_in_order(task, wish, R, p, work):
     )  # fmt: skip
 
 
-@kernel
+@inlined
 def fill_both(geometry, task, wish, R, p, work):
     """Write the Jacobians by columns: that of the task to work.columns, that of the wish to wish.columns, and to
     work.trial that of all rows in the task's axes, without weights."""
@@ -125,35 +125,33 @@ def fill_both(geometry, task, wish, R, p, work):
         shape_rows(wish.task, R, wish.task.weights, wish.columns)
 
 
-@kernel
+@inlined
 def estimate_multipliers(wish, work):
-    """Write the Lagrange multipliers of least squares, J J^T y = -J b as in ordered_step.py, times the weights of their
-    rows to work.rhs; while a joint is held at a limit, those of the last step stay.
+    """Write the Lagrange multipliers of least squares, J J^T y = -J b as in ordered_step.py over the joints that are
+    not held at a limit, times the weights of their rows to work.rhs.
 
-    Those are far off after a step that was cut short. Without good ones a descent runs away where the constraint bends
-    most: at a stretched elbow, where many optima are.
+    Those of the last step are far off if it was cut short, and grow without bound if the joints at limits leave a row
+    that cannot be mended. Without good ones a descent runs away where the constraint bends most: at a stretched elbow,
+    where many optima are.
     """
-    b, columns, weights, rhs = work.null, work.columns, work.weights, work.rhs
+    b, columns, weights, rhs, S, held = work.null, work.columns, work.weights, work.rhs, work.A, work.near
     for i in range(len(b)):
-        if work.near[i] == work.near[i]:
-            return
         b[i] = 0.0
         for r in range(ROWS):
             b[i] += wish.columns[i, r] * work.e[r]
     largest = 0.0
     for r in range(ROWS):
-        square = 0.0
-        rhs[r] = 0.0
-        for i in range(len(b)):
-            rhs[r] -= columns[i, r] * b[i]
-            square += columns[i, r] * columns[i, r]
-        largest = max(largest, square)
-    d = LEAST_SQUARES * largest
-    diagonal = (
-        d if weights[0] > 0.0 else 1.0, d if weights[1] > 0.0 else 1.0, d if weights[2] > 0.0 else 1.0,
-        d if weights[3] > 0.0 else 1.0, d if weights[4] > 0.0 else 1.0, d if weights[5] > 0.0 else 1.0,
-    )  # fmt: skip
-    _, lower, _, inverses = factor(gram(columns, diagonal))
-    y = substitute(lower, inverses, (rhs[0], rhs[1], rhs[2], rhs[3], rhs[4], rhs[5]))
+        rhs[r], work.sigma[r] = 0.0, 0.0
+        if weights[r] > 0.0:
+            for i in range(len(b)):
+                if held[i] != held[i]:
+                    rhs[r] -= columns[i, r] * b[i]
+            for s in range(r + 1):
+                S[r, s] = 0.0
+                for i in range(len(b)):
+                    if held[i] != held[i]:
+                        S[r, s] += columns[i, r] * columns[i, s]
+            largest = max(largest, S[r, r])
+    solve_rows_of(weights, S, LEAST_SQUARES * largest, rhs, work.sigma)
     for r in range(ROWS):
-        rhs[r] = weights[r] * y[r]
+        rhs[r] *= weights[r]

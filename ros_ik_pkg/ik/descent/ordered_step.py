@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 
 from ros_ik_pkg.ik.descent.descent import largest_component
-from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.compiled import inlined
 from ros_ik_pkg.ik.kernel.linalg import ROWS, assign
 
 LONGEST_STEP = 0.5  # rad or m of one joint
@@ -30,7 +30,7 @@ SINGULAR = 1e-10  # added to J K^-1 J^T, over its largest diagonal element: a si
 HOPE = 2.0  # times what the null space promises: the most that a step is believed to gain
 
 
-@kernel
+@inlined
 def step_in_order(geometry, tuning, wish, radius, work):
     """Write the step to work.dq; return the most by which it may lower the square of the wished error, how much of
     that the motion in the null space of the demanded rows promises, and whether a joint leaves its limit.
@@ -55,7 +55,7 @@ def step_in_order(geometry, tuning, wish, radius, work):
     return gain, promised, released
 
 
-@kernel
+@inlined
 def fix_first(geometry, work):
     """Let the joint that the step leads to a limit first stop there; return whether one goes beyond a limit."""
     first, least = -1, 1.0
@@ -72,7 +72,7 @@ def fix_first(geometry, work):
     return True
 
 
-@kernel
+@inlined
 def release(geometry, wish, work):
     """Take the joint that is pulled most from its limit out of the active set; return whether there is one."""
     most, worst = 0.0, -1
@@ -95,7 +95,7 @@ def release(geometry, wish, work):
     return True
 
 
-@kernel
+@inlined
 def bend(wish, work):
     """Write b to work.null and the lower triangle of K to wish.curvature; return the largest diagonal element of H,
     and rho."""
@@ -149,7 +149,7 @@ def bend(wish, work):
     return unit, rho
 
 
-@kernel
+@inlined
 def turned_whole(wish, work):
     """Return the axis of the rotation error and what its second derivative has more than wish.columns say: that of
     |phi|^2 / 2 is n n^T + c (1 - n n^T) along rotations, c = |phi| / 2 cot(|phi| / 2). Zeros unless the three rows of
@@ -163,7 +163,7 @@ def turned_whole(wish, work):
     return x / angle, y / angle, z / angle, w[3] * w[3] * (half / math.tan(half) - 1.0)
 
 
-@kernel
+@inlined
 def least_on_task(unit, rho, wish, radius, work):
     """Write the step to work.dq, and y to work.y; return the gains that step_in_order returns."""
     n, b, fixed, y, e, S = len(work.q), work.null, work.near, work.y, work.e, work.A
@@ -243,7 +243,7 @@ def least_on_task(unit, rho, wish, radius, work):
     return gain, promised if damping == 0.0 else math.inf
 
 
-@kernel
+@inlined
 def factor_free(K, damping, least, fixed, L):
     """Write the factors L D L^T of K + damping I, over the joints that are not fixed, to the lower triangle of L, with
     the inverse of D on its diagonal; return False if a pivot is not above `least`."""
@@ -269,7 +269,7 @@ def factor_free(K, damping, least, fixed, L):
     return True
 
 
-@kernel
+@inlined
 def back(L, fixed, x):
     """Solve L D L^T x = rhs in place, over the joints that are not fixed."""
     n = len(x)
@@ -289,7 +289,7 @@ def back(L, fixed, x):
             x[i] = s
 
 
-@kernel
+@inlined
 def solve_rows_of(weights, S, added, x, y):
     """Solve (S + added I) x = rhs in place for two right-hand sides, over the rows with a weight; S, given by its lower
     triangle, is overwritten by its factors."""

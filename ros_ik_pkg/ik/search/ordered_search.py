@@ -17,7 +17,7 @@ from ros_ik_pkg.ik.descent.acceptance import ACCEPTED, judge
 from ros_ik_pkg.ik.descent.descent import CONVERGED, descend
 from ros_ik_pkg.ik.descent.ordered import descend_in_order, measure_in_order
 from ros_ik_pkg.ik.kernel.clock import passed
-from ros_ik_pkg.ik.kernel.compiled import kernel
+from ros_ik_pkg.ik.kernel.compiled import inlined, kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kinematics.forward import walk
 from ros_ik_pkg.ik.kinematics.task import look_at_error
@@ -38,13 +38,13 @@ APART = 0.5  # rad or m of one joint between two starts, and between a start and
 WHOLE = 0.01  # score of the best start, beyond the margin, up to which the pose may be one that can be reached whole
 BESIDE = 0.1  # of the reach, or rad: a seed that is nearer than that to the demanded rows has a descent of its own
 AT_AXIS = 4.0  # factor on the margin close to the first axis, where small motions turn the tip much
-TURNED_OVER = 1.15  # times the best wish: worth a descent after the last joint went from one limit to the other
+TURNED_OVER = 1.15  # times the best wish: worth a descent after a joint went from one limit to the other
 FIRST_CUT = 0.3  # score beyond that of the nearest start, up to which starts are looked at first
 MOST_CUTS = 8
 ALIKE = 1e-3  # scores this near are alike: which of them are looked at does not matter
 
 
-@kernel
+@inlined
 def search_in_order(
     geometry, starts, free, reach, pose, task, wish, tuning, preferences, stop_time, solutions, work, recorder
 ):
@@ -73,11 +73,12 @@ def search_in_order(
         if whole and first:
             assign(solutions.rows[0], work.q)
             return steps, attempts, 1
-    margin = free[2] * (AT_AXIS if free[0] > 0.0 and goal[0][0] < 0.5 * free[3] else 1.0)
+    at_axis = free[0] > 0.0 and goal[0][0] < 0.5 * free[3]
+    margin = free[2] * (AT_AXIS if at_axis else 1.0)
     from_seed = beside or not first or promising <= 0.0 or tuning.max_joint_jump > 0.0
-    last, seeded, over, least, cut, count = budget < 2.0, False, False, work.scores[nearest], -1.0, 0
+    last, seeded, over, held, least, cut, count = budget < 2.0, False, False, False, work.scores[nearest], -1.0, 0
     while budget > 0.0:
-        over = over and turn_over(geometry, task, wish, TURNED_OVER * best, work)
+        over = over and turn_over(geometry, free, at_axis and held, task, wish, TURNED_OVER * best, work)
         if seeded and not over:
             break
         if not over:
@@ -107,7 +108,7 @@ def search_in_order(
         )  # fmt: skip
         steps += taken
         attempts += 1
-        over = free[1] > 0.0 and not over and attempts < budget
+        over = not over and attempts < budget
         if held:
             leave_out(geometry, starts, free, goal, wish.picks, count, work)
             unwrap(geometry, work.q, preferences.reference)
@@ -128,7 +129,7 @@ def search_in_order(
     return steps, attempts, found
 
 
-@kernel
+@inlined
 def away(geometry, task, wish, scale, work):
     """Return how far work.q is from the demanded rows: the sum of the distance over `scale` and the angle [rad]."""
     R, p = walk(geometry, work.q, work.joints)
@@ -136,25 +137,34 @@ def away(geometry, task, wish, scale, work):
     return position_error / scale + orientation_error
 
 
-@kernel
-def turn_over(geometry, task, wish, worth, work):
-    """Turn the last joint from one limit to the other; return whether it was at one and the wish is below `worth` then.
+@inlined
+def turn_over(geometry, free, first_too, task, wish, worth, work):
+    """Turn the last joint from one limit to the other, or if that is at none and `first_too` the first; return whether
+    the wish is below `worth` then. If not, or if neither is at a limit, work.q stays.
 
     The angle beyond the limits that would suit the wish best is between the two, so each may be a local optimum.
     """
-    i = int(geometry.variable[len(geometry.variable) - 1])
-    if work.q[i] >= geometry.upper[i]:
-        work.q[i] = geometry.lower[i]
-    elif work.q[i] <= geometry.lower[i]:
-        work.q[i] = geometry.upper[i]
-    else:
-        return False
+    i, first = int(geometry.variable[len(geometry.variable) - 1]), int(geometry.variable[0])
+    if not (free[1] > 0.0 and at_limit(geometry, i, work.q)):
+        i = first
+        if not (first_too and at_limit(geometry, i, work.q)):
+            return False
+    before = work.q[i]
+    work.q[i] = geometry.lower[i] if before >= geometry.upper[i] else geometry.upper[i]
     R, p = walk(geometry, work.q, work.joints)
     _, _, _, _, norm = measure_in_order(task, wish, R, p, work)
+    if not norm < worth:
+        work.q[i] = before
     return norm < worth
 
 
-@kernel
+@inlined
+def at_limit(geometry, i, q):
+    """Return whether joint i is at a limit."""
+    return q[i] <= geometry.lower[i] or q[i] >= geometry.upper[i]
+
+
+@inlined
 def next_ordered_start(geometry, starts, free, goal, wish, nearest, least, enough, cut, count, work):
     """Return the start with the lowest score below `enough`, -1 if there is none, and the cut and number of the picks,
     which are the starts that were looked at.
@@ -174,7 +184,7 @@ def next_ordered_start(geometry, starts, free, goal, wish, nearest, least, enoug
     return k, cut, count
 
 
-@kernel
+@inlined
 def reach_whole(geometry, pose, tuning, preferences, stop_time, work, recorder):
     """Descend from work.q to the whole pose by the selected method; return the steps, and whether that is accepted.
 

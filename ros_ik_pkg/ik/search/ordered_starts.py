@@ -104,7 +104,7 @@ def product(a, b):
     ])  # fmt: skip
 
 
-@kernel
+@inlined
 def aim(geometry, free, task):
     """Return what the starts are compared with: position [m], two unit quaternions, and azimuth [rad].
 
@@ -139,7 +139,7 @@ def aim(geometry, free, task):
     return p, back, half_turned, azimuth
 
 
-@kernel
+@inlined
 def last_range(geometry, free):
     """Return the middle of the range of the last joint beyond its position in the starts, and half the range, at most
     half a turn [rad]; that also unless the last joint is left out of the starts."""
@@ -199,7 +199,7 @@ def joints_of(starts):
     return (starts.shape[0] - POSE - SLOPES) // 4
 
 
-@kernel
+@inlined
 def take_ordered_start(geometry, starts, free, goal, k, work):
     """Write start k, led to the goal, to work.q; joints may be outside their limits."""
     q, n, last = work.q, len(work.q), len(geometry.prismatic) - 1
@@ -226,7 +226,7 @@ def take_ordered_start(geometry, starts, free, goal, k, work):
         turn_by(geometry, 0, azimuth - math.atan2(y, x), q)
 
 
-@kernel
+@inlined
 def turn_by(geometry, joint, angle, q):
     """Turn a joint by an angle [rad], or by one that differs from it by whole turns, as near the middle of its range
     as that allows."""

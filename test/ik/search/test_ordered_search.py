@@ -89,6 +89,32 @@ def test_three_joints_in_a_plane_bring_the_tip_to_its_place_and_as_near_to_the_a
         assert np.linalg.norm(error[3:]) <= AS_NEAR * best_of_scipy(arm, target, rng, 12) + 1e-5
 
 
+@pytest.mark.parametrize(('robot', 'there', 'turned', 'near'), [
+    # 5 mm beside the first axis; there the last joint goes from one limit to the other
+    ('so101', (-0.4923, 1.4126, 0.2115, 1.1833, -2.7438), (1.808, -0.1771, -1.0386), None),
+    # two joints at limits, and a position that the others miss by less than the tolerance
+    (
+        'so100', (-0.9304, 0.6192, -2.4754, 1.2, 1.4167), (2.2575, 1.0669, 0.6333),
+        (-0.9304, 1.4591, -3.14158, -2.5, -0.0367),
+    ),
+    # the first joint at one limit, beside the first axis, and the nearest solution close to the other
+    (PALLETISER, (2.9255, -0.6782, 1.1255, 0.2605), (2.08, -0.7837, -2.1125), None),
+])  # fmt: skip
+def test_a_configuration_known_to_be_near_is_found_beside_the_first_axis_and_in_a_corner_of_limits(
+    robot, there, turned, near
+):
+    arm = load_arm(robot)
+    target = arm.forward(np.clip(there, arm.lower, arm.upper))
+    target[:3, :3] = pin.exp3(np.array(turned))
+    known = errors_of(arm, np.clip(there if near is None else near, arm.lower, arm.upper), target)
+    assert np.linalg.norm(known[:3]) <= 1e-5
+    solution = solve(arm, target, options=SolveOptions(**CALM), trace=True)
+    error = errors_of(arm, solution.q, target)
+    assert solution.converged and np.linalg.norm(error[:3]) <= 1e-5
+    assert np.linalg.norm(error[3:]) <= AS_NEAR * np.linalg.norm(known[3:])
+    assert np.all(np.isfinite(solution.trace.joint_positions))
+
+
 def test_the_solution_says_what_was_demanded_and_what_was_wished_and_how_near_it_came():
     target = full_poses(ARM, np.random.default_rng(4), 1)[0]
     options = SolveOptions(**CALM)
