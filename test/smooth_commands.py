@@ -11,7 +11,7 @@ from ros_ik_pkg.ros.servo.limiter import MotionLimits
 ROUNDING = 1e-9  # of a limit
 
 
-def assert_within_limits(commands: Sequence[np.ndarray], limits: MotionLimits, period: float) -> None:
+def assert_within_limits(commands: Sequence[np.ndarray] | np.ndarray, limits: MotionLimits, period: float) -> None:
     """Judge commands (k, n) [rad, m] that are a period [s] apart, from rest, by finite differences."""
     values = np.array([commands[0]] * 3 + list(commands))
     assert np.all((limits.lower <= values) & (values <= limits.upper))

@@ -132,7 +132,7 @@ class Caution:
         acceleration = (ahead.joints_from_twist @ twist - velocity) / time
         found = [
             self._near_limit(here.q, velocity),
-            self._near_singularity(here, ahead, twist, rows),
+            self._near_singularity(here, ahead, velocity, twist, rows),
             self._at_top_speed(velocity),
             self._at_top_acceleration(acceleration, curve),
         ]
@@ -152,10 +152,13 @@ class Caution:
         text = f'{self._arm.joint_names[worst]} is {max(distance[worst], 0.0):.2g} from its {side} limit'
         return Finding(float(shares[worst]), Code.SLOWED_JOINT_LIMIT, text)
 
-    def _near_singularity(self, here: Posture, ahead: Posture, twist: np.ndarray, rows: np.ndarray) -> Finding:
-        velocity, room = here.joints_from_twist @ twist, FAR
+    def _near_singularity(
+        self, here: Posture, ahead: Posture, velocity: np.ndarray, twist: np.ndarray, rows: np.ndarray
+    ) -> Finding:
+        room = FAR
         if here.sigma < min(ahead.sigma, self._singularity.widest):
-            room = self._room_to_peak(here, (ahead.sigma - here.sigma) / LOOK_AHEAD, twist, rows)
+            slope = (ahead.sigma - here.sigma) / LOOK_AHEAD
+            room = self._room_to_peak(here, slope, velocity, twist, rows)
         share, away = self._share(self._singularity.judge(here.sigma, ahead.sigma, room), velocity)
         text = ''
         if share < UNNOTICED or here.sigma < self._thresholds.singularity_slow:
@@ -195,24 +198,25 @@ class Caution:
         together = max(float(np.sum(needed**SMOOTHNESS)), STILL**SMOOTHNESS)
         return Finding(together ** (-0.5 / SMOOTHNESS), Code.SLOWED_ACCELERATION, text)
 
-    def _room_to_peak(self, here: Posture, slope: float, twist: np.ndarray, rows: np.ndarray) -> float:
+    def _room_to_peak(
+        self, here: Posture, slope: float, velocity: np.ndarray, twist: np.ndarray, rows: np.ndarray
+    ) -> float:
         """Return how far [rad, m] the fastest joint can go until the smallest singular value has its peak; FAR if that
         value leaves the range of the rule first, or if the joints can stop before.
 
         slope: its rise per rad or m of that joint.
         """
-        stop = float(np.max(self._stop(np.abs(here.joints_from_twist @ twist))))
+        stop = float(np.max(self._stop(np.abs(velocity))))
         step = max(stop, LEAST_LOOK) / (LOOKS - 2)  # further than that, so that no peak is seen late
         before = here.sigma - slope * step  # as if it had risen evenly
         for k in range(LOOKS):
-            velocity = here.joints_from_twist @ twist
             ahead = posture(self._arm, here.q + velocity * (step / np.abs(velocity).max()), rows)
             if ahead.sigma < here.sigma:  # the peak of the parabola through three values
                 bend = 2.0 * here.sigma - before - ahead.sigma
                 return max(k + 0.5 * (ahead.sigma - before) / bend, 0.0) * step
             if ahead.sigma > self._singularity.widest:
                 break
-            before, here = here.sigma, ahead
+            before, here, velocity = here.sigma, ahead, ahead.joints_from_twist @ twist
         return FAR
 
     def _share(self, allowed: Allowance, velocity: np.ndarray) -> tuple[float, bool]:

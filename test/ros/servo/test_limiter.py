@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from smooth_commands import ROUNDING, assert_within_limits
 
 from ros_ik_pkg.ros.servo import limiter as limiters
 from ros_ik_pkg.ros.servo.limiter import Motion, MotionLimits, make_limiter
 
 PERIODS = (0.001, 0.002, 0.02)  # s
-ROUNDING = 1e-9  # of a limit
 STILL = np.zeros(3)
 
 
@@ -27,16 +27,6 @@ def smoothing(request) -> str:
 def moving(position, velocity) -> Motion:
     """Return a target of constant velocity."""
     return Motion(position, velocity, *np.zeros((2, len(position))))
-
-
-def assert_kept(limits: MotionLimits, commands: np.ndarray, period: float) -> None:
-    """Judge a stream of commands (k, n), rest before it and after it, by its differences alone."""
-    velocity = np.diff(commands, axis=0, prepend=commands[:1]) / period
-    acceleration = np.diff(velocity, axis=0, prepend=0.0 * velocity[:1]) / period
-    jerk = np.diff(acceleration, axis=0, prepend=0.0 * velocity[:1]) / period
-    assert np.all((limits.lower <= commands) & (commands <= limits.upper))
-    for values, limit in ((velocity, limits.velocity), (acceleration, limits.acceleration), (jerk, limits.jerk)):
-        assert np.all(np.abs(values) <= limit * (1.0 + ROUNDING))
 
 
 def wild_commands(limiter, limits, rng, count: int) -> np.ndarray:
@@ -62,7 +52,7 @@ def wild_commands(limiter, limits, rng, count: int) -> np.ndarray:
 def test_no_target_makes_a_command_break_a_limit(smoothing, period, jerk):
     bounds = limits(jerk=jerk)
     limiter = make_limiter(smoothing, bounds, period, STILL)
-    assert_kept(bounds, wild_commands(limiter, bounds, np.random.default_rng(0), 6000), period)
+    assert_within_limits(wild_commands(limiter, bounds, np.random.default_rng(0), 6000), bounds, period)
 
 
 def test_limits_of_every_size_are_kept(smoothing):
@@ -71,7 +61,7 @@ def test_limits_of_every_size_are_kept(smoothing):
         size = 10.0 ** rng.uniform(-1.5, 1.5, (4, 3))
         bounds = MotionLimits(-size[0], size[0], *size[1:])
         limiter = make_limiter(smoothing, bounds, 0.005, STILL)
-        assert_kept(bounds, wild_commands(limiter, bounds, rng, 500), 0.005)
+        assert_within_limits(wild_commands(limiter, bounds, rng, 500), bounds, 0.005)
 
 
 @pytest.mark.parametrize('distance', [1e-6, 1e-3, 0.1, 1.0, 4.0])

@@ -11,6 +11,7 @@ import pytest
 from chains import pinocchio_tip
 from geometry_msgs.msg import TwistStamped
 from ros_helpers import DEFAULTS, TIMEOUT, Client, allow_lark, connected, joint_state, pose_of
+from smooth_commands import assert_within_limits
 from std_srvs.srv import SetBool
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -107,15 +108,6 @@ def ball(center, action=Marker.ADD) -> MarkerArray:
     return MarkerArray(markers=[marker])
 
 
-def assert_within_limits(commands: list[np.ndarray]) -> None:
-    """Judge the stream by its differences: one command is one period, however late it is."""
-    rows = np.array([commands[0]] * 3 + commands)
-    assert np.all((ARM.lower <= rows) & (rows <= ARM.upper))
-    for limit in (LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk):
-        rows = np.diff(rows, axis=0) * RATE
-        assert np.all(np.abs(rows) <= limit * (1.0 + 1e-9))
-
-
 def moved(client) -> float:
     return float(np.abs(client.commands[-1] - client.commands[0]).max()) if client.commands else 0.0
 
@@ -136,7 +128,7 @@ def test_a_twist_becomes_a_smooth_stream_in_all_forms_that_ends_when_it_ends(cli
     client.wait_for(lambda: len(client.commands) > count + 100, 'the stream goes on')
     assert np.allclose(client.commands[0], START, atol=1e-3)
     assert np.allclose(client.commands[-1], client.commands[-10], atol=1e-9)
-    assert_within_limits(client.commands)
+    assert_within_limits(client.commands, LIMITS, 1.0 / RATE)
     assert client.positions and client.trajectories
     (point,) = client.trajectories[-1].points
     assert any(np.array_equal(point.positions, q) for q in client.commands) and len(point.velocities) == ARM.n
@@ -159,7 +151,7 @@ def test_a_pose_takes_the_arm_from_a_twist_and_is_reached_within_the_limits(clie
         lambda: np.abs(pinocchio_tip(ARM, client.commands[-1]) - goal).max() < 1e-4, 'the arm gets there'
     )
     client.await_label('standing')
-    assert_within_limits(client.commands)
+    assert_within_limits(client.commands, LIMITS, 1.0 / RATE)
 
 
 def test_a_pause_halts_refuses_and_goes_on_with_the_next_command(client):
@@ -174,7 +166,7 @@ def test_a_pause_halts_refuses_and_goes_on_with_the_next_command(client):
     assert np.array_equal(client.commands[-1], stood)
     client.pause(False)
     client.keep_moving(lambda: np.abs(client.commands[-1] - stood).max() > 0.05, 'no motion', linear=(0.0, -0.05, 0.0))
-    assert_within_limits(client.commands)
+    assert_within_limits(client.commands, LIMITS, 1.0 / RATE)
 
 
 def test_a_change_of_parameters_in_motion_is_no_leap(client):
@@ -185,7 +177,7 @@ def test_a_change_of_parameters_in_motion_is_no_leap(client):
         client.keep_moving(
             lambda before=before: len(client.commands) > before + 30, 'no stream', linear=(0.0, 0.05, 0.0)
         )
-    assert_within_limits(client.commands)
+    assert_within_limits(client.commands, LIMITS, 1.0 / RATE)
 
 
 @pytest.mark.parametrize(
@@ -217,7 +209,7 @@ def test_a_pose_without_a_solution_is_said_until_the_next_one_that_has_one(clien
     assert 'the last pose: ' in (said := client.await_label('refused')) and 'reach' in said
     client.send(pose_of(near))
     client.await_label('standing')
-    assert_within_limits(client.commands)
+    assert_within_limits(client.commands, LIMITS, 1.0 / RATE)
 
 
 def test_when_joint_states_stop_the_arm_halts_and_says_so(client):
@@ -229,7 +221,7 @@ def test_when_joint_states_stop_the_arm_halts_and_says_so(client):
         linear=(0.0, 0.05, 0.0),
     )  # fmt: skip
     assert 'no joint state for more than 0.2 s' in client.servo[-1].message
-    assert_within_limits(client.commands)
+    assert_within_limits(client.commands, LIMITS, 1.0 / RATE)
 
 
 def test_the_stream_halts_before_an_obstacle_and_goes_on_when_it_is_gone(client):
@@ -249,7 +241,7 @@ def test_the_stream_halts_before_an_obstacle_and_goes_on_when_it_is_gone(client)
     assert 'ball/0' in client.servo[-1].message
     world = World(obstacles=(Obstacle('ball', 'sphere', [0.05], pin.SE3(np.eye(3), below)),))
     assert all(arm.contacts.is_clear(q, 0.0, world) for q in client.commands)
-    assert_within_limits(client.commands)
+    assert_within_limits(client.commands, LIMITS, 1.0 / RATE)
     client.obstacles.publish(ball(below, Marker.DELETE))
     client.keep_moving(
         lambda: arm.forward(client.commands[-1])[2, 3] < below[2] + 0.02, 'no motion', linear=(0.0, 0.0, -0.1)

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
+from smooth_commands import assert_within_limits
 
 from ros_ik_pkg.ik import Arm, SolveOptions, load_arm
 from ros_ik_pkg.ros.interface.servo_settings import BLOCKED, CAUTION_OPTIONS, GO_ON, STOP, Thresholds
@@ -67,11 +68,7 @@ class Servo:
         return np.array([pinocchio_tip(self.arm, q) for q in self.commands])
 
     def assert_within_limits(self) -> None:
-        commands, limits = np.array([self.commands[0]] * 3 + self.commands), limits_of(self.arm)
-        assert np.all((limits.lower <= commands) & (commands <= limits.upper))
-        for limit in (limits.velocity, limits.acceleration, limits.jerk):
-            commands = np.diff(commands, axis=0) / PERIOD
-            assert np.all(np.abs(commands) <= limit * (1.0 + 1e-9))
+        assert_within_limits(self.commands, limits_of(self.arm), PERIOD)
 
 
 def off_line(tips: np.ndarray, direction) -> float:
