@@ -130,6 +130,29 @@ def test_what_other_threads_have_found_meanwhile_does_not_count(ur5_map, monkeyp
     np.testing.assert_array_equal(found.q, ur5_map.q)
 
 
+def rectangle_distance(one: np.ndarray, other: np.ndarray) -> float:
+    """Distance between two rectangles (4, 2) that do not overlap, from every corner to every edge of the other."""
+
+    def corners_to_edges(corners, ends):
+        edges = np.roll(ends, -1, axis=0) - ends
+        along = np.clip(((corners[:, None] - ends) * edges).sum(-1) / (edges**2).sum(-1), 0.0, 1.0)
+        return np.linalg.norm(corners[:, None] - ends - along[..., None] * edges, axis=-1).min()
+
+    return min(corners_to_edges(one, other), corners_to_edges(other, one))
+
+
+def folding_clearance(q: np.ndarray) -> float:
+    """Clearance of the planar arm below, whose beams lie in one plane: links joined by a joint do not count. Closed
+    form, because the distances of coal and hpp-fcl end with their iterations (hpp-fcl 2.4: 8e-9 m short here)."""
+    beam = np.array([[0.1, -0.1], [0.9, -0.1], [0.9, 0.1], [0.1, 0.1]])
+    origin, beams = np.zeros(2), []
+    for angle in np.cumsum([0.0, *q]):
+        axis = np.array([np.cos(angle), np.sin(angle)])
+        beams.append(origin + beam @ [axis, [-axis[1], axis[0]]])
+        origin = origin + axis
+    return min(rectangle_distance(beams[i], beams[j]) for i, j in ((0, 2), (0, 3), (1, 3)))
+
+
 def test_what_touches_is_not_reached():
     beam = '<collision><origin xyz="0.5 0 0"/><geometry><box size="0.8 0.2 0.2"/></geometry></collision>'
     text = '<robot name="folding">' + ''.join(f'<link name="l{i}">{beam}</link>' for i in range(4)) + ''.join(
@@ -141,9 +164,9 @@ def test_what_touches_is_not_reached():
     found = reach_map(arm, **QUICK)
     assert len(found.cells) > 100
     assert judge.contacts.room().clear(found.q).all()
-    exact = [judge.contacts.room().look(q).clearance for q in found.q[::20]]
-    assert (found.clearance[::20] <= np.array(exact) + 1e-9).all()
-    assert np.abs(found.clearance[::20] - exact).max() < 0.01
+    exact = np.array([folding_clearance(q) for q in found.q])
+    assert (found.clearance <= exact).all()
+    assert (exact - found.clearance).max() < 0.01
     best = found.best_clearance
     assert np.array_equal(np.isnan(best), found.share == 0.0)
     assert np.nanmax(best) == found.clearance.max()
