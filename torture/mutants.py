@@ -30,7 +30,7 @@ TESTS = (  # those first that compile least: most mutants fail there
     'test/ik/search/test_starts.py', 'test/ik/step', 'test/ik/descent', 'test/ik/search',
     'test/ik/test_bad_inputs.py', 'test/ik/test_notes.py', 'test/ik/test_solver.py', 'test/ik/test_tips.py',
 )  # fmt: skip
-COPIED = ('ros_ik_pkg', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
+COPIED = ('ros_ik_pkg', 'bench', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
 NO_MUTANT_SIGNS = ('numba.core.errors', 'SyntaxError', 'UnboundLocalError')  # of a change that does not compile
 NO_MUTANT, SURVIVED = 'no mutant', 'no test notices'
 SWAPS: dict[type, str] = {

@@ -14,7 +14,7 @@ from test_docs import blocks
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / 'docs' / 'extending.md'
-COPIED = ('ros_ik_pkg', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
+COPIED = ('ros_ik_pkg', 'bench', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
 NAME = 'sugihara'
 EVERYWHERE = f"""
 import sys
