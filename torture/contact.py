@@ -28,6 +28,7 @@ from torture.running import running_node
 
 ROBOTS = {'panda': PANDA, 'ur5': UR5}
 COUNT = 100_000
+FIRST_WAIT = 1.0  # s for a result of a target that may be sent too early
 LEAST_SOLVED = 0.999  # of the targets that a clear configuration reaches
 
 
@@ -85,7 +86,7 @@ class Targets:
     def go(self, name: str, count: int, seed: int) -> None:
         """Send `count` targets."""
         arm, half = self._peer.arm, (count + 1) // 2
-        self._peer.wait(lambda: self._answer(arm.home) is not None, START_TIMEOUT)  # the first may be sent too early
+        self._peer.wait(lambda: self._answer(arm.home, FIRST_WAIT) is not None, START_TIMEOUT)
         self.statuses.clear()
         self.lost = self.judged = self.touching = 0
         any_q = configurations(arm, count - half, seed=seed)
@@ -101,11 +102,11 @@ class Targets:
         figures = values(message.status[0])
         self._results[stamp.sec * 10**9 + stamp.nanosec] = figures['status']
 
-    def _answer(self, q: np.ndarray) -> bool | None:
-        """Send the pose of q (n,); return whether it is solved, None if nothing came back."""
+    def _answer(self, q: np.ndarray, timeout: float = TIMEOUT) -> bool | None:
+        """Send the pose of q (n,); return whether it is solved, None if nothing came back in time [s]."""
         peer = self._peer
         stamp = peer.send(peer.pose(q))
-        if not peer.wait(lambda: stamp in self._results and stamp in peer.outcomes, TIMEOUT):
+        if not peer.wait(lambda: stamp in self._results and stamp in peer.outcomes, timeout):
             self.lost += 1
             return None
         self.statuses[self._results.pop(stamp)] += 1
