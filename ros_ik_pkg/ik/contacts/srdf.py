@@ -23,12 +23,12 @@ def read_allowed(srdf: str | os.PathLike[str] | None, tree: Tree) -> Allowed:
     allowed = {} if srdf is None else read_srdf(srdf, tree)
     if tree.shape_file is None:
         return allowed
-    of_shapes = read_srdf(tree.shape_file, tree)
+    of_shapes = read_srdf(tree.shape_file, tree, 'file of shapes')
     on_floor = {pair: reason for pair, reason in of_shapes.items() if FLOOR in pair}
     return {**on_floor, **allowed} if allowed else of_shapes
 
 
-def read_srdf(source: str | os.PathLike[str], tree: Tree) -> Allowed:
+def read_srdf(source: str | os.PathLike[str], tree: Tree, kind: str = 'SRDF') -> Allowed:
     """Return the pairs of links, or of a link and the floor, that an SRDF allows to touch, each with its reason.
 
     Parameters
@@ -37,6 +37,8 @@ def read_srdf(source: str | os.PathLike[str], tree: Tree) -> Allowed:
         Path or URI (package://, file://) of an SRDF, or its text.
     tree : Tree
         The robot; an SRDF for another one is refused.
+    kind : str
+        What the source is called in reasons and errors.
 
     Raises
     ------
@@ -46,15 +48,15 @@ def read_srdf(source: str | os.PathLike[str], tree: Tree) -> Allowed:
     """
     robot = parse_xml(_text_of(source))
     if robot.tag != 'robot':
-        raise ModelError(f'SRDF: the root element is <{robot.tag}>; expected <robot>')
+        raise ModelError(f'{kind}: the root element is <{robot.tag}>; expected <robot>')
     pairs: Allowed = {}
     for element in robot.findall('disable_collisions'):
         one, other = (element.get(key, '').strip() for key in ('link1', 'link2'))
         if not one or not other:
-            raise ModelError('SRDF: <disable_collisions> needs link1 and link2')
+            raise ModelError(f'{kind}: <disable_collisions> needs link1 and link2')
         pairs[frozenset((one, other))] = element.get('reason', '').strip() or 'no reason given'
     _refuse_other_robot(robot, pairs, tree)
-    return {pair: f'SRDF: {reason}' for pair, reason in pairs.items() if pair <= {*tree.links, FLOOR}}
+    return {pair: f'{kind}: {reason}' for pair, reason in pairs.items() if pair <= {*tree.links, FLOOR}}
 
 
 def _text_of(source: str | os.PathLike[str]) -> str | bytes:

@@ -47,7 +47,7 @@ def test_pairs_of_the_file_may_touch_unless_an_srdf_says_otherwise(tmp_path):
     free = load(tmp_path)
     assert not free.contacts.left_out[-1].reason.startswith('SRDF')
     arm = load(tmp_path, SHAPES.format(ALLOWED))
-    assert ('base', 'link3', 'SRDF: made up') in arm.contacts.left_out
+    assert ('base', 'link3', 'file of shapes: made up') in arm.contacts.left_out
     other = '<robot name="two"><disable_collisions link1="base" link2="link1" reason="other"/></robot>'
     asked = load_arm(tmp_path / 'two.yaml', srdf=other)
     assert [pair[:2] for pair in asked.contacts.left_out] == [('base', 'link1')]
