@@ -40,6 +40,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the files that take longest first."""
-    places = {ROOT / 'test' / f'{name}.py': place for place, name in enumerate(LONG)}
-    items.sort(key=lambda item: places.get(item.path, len(LONG)))
+    """Put the files that take longest first, then those that wait for processes, and the many short ones last."""
+    places = {f'{name}.py': place for place, name in enumerate(LONG)}
+
+    def place(item: pytest.Item) -> int:
+        name = item.nodeid.partition('::')[0].removeprefix('test/')
+        return places.get(name, len(LONG) + name.startswith('ik/'))
+
+    items.sort(key=place)
