@@ -16,7 +16,7 @@ from ros_ik_pkg.ik.search.ordered_starts import COUNT, POSE, SLOPES
 
 CALM = SolveOptions(deadline=0.0)
 AS_NEAR = 1.01
-# A waist, three parallel axes and a roll; and the same without the last axis.
+# A waist, three parallel axes and a roll; the same without the last axis; and on a base far from the origin.
 DESK = """name: desk
 source: made up
 convention: standard
@@ -52,7 +52,7 @@ joints:
 def arms(tmp_path_factory):
     """Return arms of four kinds by name."""
     folder = tmp_path_factory.mktemp('arms')
-    tables = {'desk': DESK, 'skew': SKEW}
+    tables = {'desk': DESK, 'skew': SKEW, 'aside': DESK + 'base: {xyz: [0.3, -0.8, 0.2], rpy: [20, 35, -50]}\n'}
     tables['four'] = ''.join(line for line in DESK.splitlines(True) if 'roll' not in line)
     tables['four'] = tables['four'].replace('home: [0, 60, -60, 0, 0]', 'home: [0, 60, -60, 0]')
     for name, table in tables.items():
@@ -89,7 +89,7 @@ def turns_by(rng, angle, count):
     return angle * axes / np.linalg.norm(axes, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize('name', ['so101', 'desk', 'four', 'skew'])
+@pytest.mark.parametrize('name', ['so101', 'desk', 'aside', 'four', 'skew'])
 def test_what_is_near_is_found(arms, name):
     rng = np.random.default_rng(20)
     assert missed(arms[name], random_configurations(arms[name], rng, 200), turns_by(rng, 0.5, 200)) == 0
