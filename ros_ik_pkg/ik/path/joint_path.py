@@ -182,7 +182,8 @@ def _smoothed(problem: Problem, q: np.ndarray, first: int) -> np.ndarray:
                 return best
             good = smooth(
                 problem.model, problem.solve, problem.continuing, problem.poses[4 * first : 4 * last],
-                problem.turns[first : last - 1], best, width, problem.most_steps[first : last - 1], problem.bounds, fresh,
+                problem.turns[first : last - 1], best, width, problem.most_steps[first : last - 1], problem.bounds,
+                fresh,
             ) and np.all((fresh >= lower) & (fresh <= upper))  # fmt: skip
             good = good and first_contact(problem, fresh) is None
             gain = length(fresh) / max(length(best), 1e-12) if good else 1.0
