@@ -14,6 +14,8 @@ import threading
 import time
 from collections.abc import Callable
 
+import numpy as np
+
 from ros_ik_pkg.ik.collision.look_ahead import contact_of_stop, gaps_of
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER, count_functions, is_writable
 from ros_ik_pkg.ik.kernel.compiled import NOT_SAVED, translated
@@ -21,6 +23,7 @@ from ros_ik_pkg.ik.kernel.numba_insides import WHY_PLAIN
 from ros_ik_pkg.ik.kinematics.pose_error import pose_matrix
 from ros_ik_pkg.ik.loading import load_arm
 from ros_ik_pkg.ik.motion.jerk_limited import advance, can_stop, halt, time_to_rest
+from ros_ik_pkg.ik.path.solve_path import solve_path
 from ros_ik_pkg.ik.search.entry import solve_one, solve_range, solve_usual
 from ros_ik_pkg.ik.search.final_check import passes
 from ros_ik_pkg.ik.search.ordered_entry import solve_in_order
@@ -158,6 +161,14 @@ def compile_contact() -> None:
     shaped.contacts.room(World(floor=-9.0)).least_clearance(shaped.home)
 
 
+def compile_paths() -> None:
+    """Compile, or load, what a path needs besides the search; of a redundant arm, because only that is smoothed."""
+    arm = load_arm('panda')
+    poses = np.stack([arm.forward(arm.home)] * 2)
+    poses[1, 2, 3] += 0.01
+    solve_path(arm, poses, arm.home)
+
+
 class _Notice:
     """Reports that a compilation takes long, and on a terminal its progress."""
 
@@ -218,6 +229,7 @@ def main(arguments: list[str] | None = None) -> int:
         warm_up(say)
         compile_stream()
         solve_usual.prepare()
+        compile_paths()
         if not (given.low_priority or WHY_PLAIN):  # a node solves no batches
             from ros_ik_pkg.ik.batch.entry import solve_lanes
 

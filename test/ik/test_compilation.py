@@ -54,6 +54,14 @@ def test_the_usual_solve_gives_the_bits_of_the_complete_one(usual, name):
             complete.status, complete.iterations, complete.attempts
         )  # fmt: skip
     assert answered >= len(targets) - 4
+A_PATH = """
+import numpy as np
+from ros_ik_pkg.ik import PathOptions, load_arm, solve_path
+arm = load_arm('ur5')
+poses = np.stack([arm.forward(arm.home)] * 3)
+poses[:, 2, 3] += 0.0, 0.05, 0.1
+print(solve_path(arm, poses, arm.home, path=PathOptions(max_reconfigurations=1)).complete)
+"""
 
 
 def test_what_is_not_compiled_yet_is_refused_and_not_waited_for(usual):
@@ -234,6 +242,7 @@ def test_the_program_fills_the_cache_and_a_node_starts_complete_from_it(tmp_path
     assert run(start, NUMBA_CACHE_DIR=str(tmp_path)) == 'True True'
     lanes = 'from ros_ik_pkg.ik.batch.entry import solve_lanes; print(solve_lanes.is_cached())'
     assert run(lanes, NUMBA_CACHE_DIR=str(tmp_path)) == 'True'
+    assert run(A_PATH, NUMBA_CACHE_DIR=str(tmp_path)) == 'True'
     assert kept(tmp_path) == files
 
 

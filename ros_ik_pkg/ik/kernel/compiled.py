@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
-from numba.types import none
+from numba.types import WrapperAddressProtocol, none
 
 from ros_ik_pkg.ik.kernel.cache_folder import CACHE_FOLDER
 from ros_ik_pkg.ik.kernel.garbage import collect_less
@@ -103,6 +103,22 @@ def variant_of(part: Any, record: type | None) -> Callable[[Function], Function]
     return decorate
 
 
+class FunctionAddress(WrapperAddressProtocol):
+    """A compiled function as an argument of other compiled functions: Numba's first-class function."""
+
+    def __init__(self, dispatcher: Any, signature: Any) -> None:
+        result = dispatcher.get_compile_result(signature)
+        self._address = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+        self._signature = signature
+        self._dispatcher = dispatcher  # the code lives as long as its dispatcher
+
+    def __wrapper_address__(self) -> int:
+        return self._address
+
+    def signature(self) -> Any:
+        return self._signature
+
+
 class EntryPoint:
     """A compiled function that Python calls, for one list of argument types; others raise TypeError.
 
@@ -130,6 +146,12 @@ class EntryPoint:
                 self.compiled.compile(self._signature)
                 self.compiled.disable_compile()
                 self._ready = True
+
+    def as_argument(self) -> FunctionAddress:
+        """Return it as an argument of other compiled functions, which call it by its address. They compile sooner than
+        with a copy of all that it calls."""
+        self.prepare()
+        return FunctionAddress(self.compiled, self._signature)
 
     def is_cached(self) -> bool:
         """Return whether the cache has its code for this machine."""

@@ -15,7 +15,7 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 from ros_ik_pkg.ik.kernel.data_layout import unpack_model
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
-from ros_ik_pkg.ik.search.entry import FOUND, STATUS, WIDTH, memory_size, solve_rows
+from ros_ik_pkg.ik.search.entry import FOUND, STATUS, WIDTH
 from ros_ik_pkg.ik.search.solutions import same_solution
 from ros_ik_pkg.ik.step.limits import TURN
 
@@ -24,12 +24,13 @@ SEARCH_AGAIN = 5  # least poses between two searches if branches are lost
 
 
 @compiled
-def find_candidates(model, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since):
+def find_candidates(model, solve, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since):
     """Write the candidates of poses `first` to `stop` - 1; those of pose `first` - 1 are known.
 
     Parameters
     ----------
     model : packed arm; joints that may turn a whole turn have no limits in it, so that branches do not end there
+    solve : `solve_range.as_argument()`
     continuing, searching : SolveOptions.numbers of a single descent, and of a search for all solutions
     poses : (4 N, 4) poses of the tip in the base frame
     seed : (n,) where the search at the first pose starts
@@ -40,27 +41,25 @@ def find_candidates(model, continuing, searching, poses, seed, spacing, first, s
 
     """
     m, n = candidates.shape[1:]
-    size = memory_size(model, m)
-    memory = np.empty(size + n + n + WIDTH + m * n)
-    _find(model, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since, memory, size)
+    memory = np.empty(n + n + WIDTH + m * n)
+    _find(model, solve, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since, memory)
 
 
 @kernel
-def _find(model, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since, memory, size):
+def _find(model, solve, continuing, searching, poses, seed, spacing, first, stop, candidates, counts, since, memory):
     """Implement `find_candidates`."""
     geometry, _, _ = unpack_model(model)
     m, n = candidates.shape[1:]
-    rest = shaped(memory, 0, (size,))
-    start = shaped(memory, size, (n,))
-    out = shaped(memory, size + n, (1, n + WIDTH))
-    answers, nothing = shaped(memory, size + 2 * n + WIDTH, (m, n)), shaped(memory, 0, (0, 0))
+    start = shaped(memory, 0, (n,))
+    out = shaped(memory, n, (1, n + WIDTH))
+    answers, nothing = shaped(memory, 2 * n + WIDTH, (m, n)), shaped(memory, 0, (0, 0))
     for k in range(first, stop):
         pose, count, before, lost = shaped(poses, 16 * k, (4, 4)), 0, 0, False
         if k > 0:
             before = counts[k - 1]
             for c in range(before):
                 assign(start, candidates[k - 1, c])
-                solve_rows(model, continuing, pose, start, start, out, nothing, nothing, nothing, rest)
+                solve(model, continuing, pose, start, start, out, nothing, nothing, nothing)
                 if out[0, n + STATUS] == 0.0:
                     count = add(geometry, out, candidates[k], count, spacing)
                 else:
@@ -70,7 +69,7 @@ def _find(model, continuing, searching, poses, seed, spacing, first, stop, candi
         if k == 0 or since[0] >= SEARCH_EVERY or again:
             since[0] = 0
             assign(start, seed if k == 0 or before == 0 else candidates[k - 1, 0])
-            solve_rows(model, searching, pose, start, start, out, answers, nothing, nothing, rest)
+            solve(model, searching, pose, start, start, out, answers, nothing, nothing)
             known = count
             for a in range(int(out[0, n + FOUND])):
                 assign(out[0], answers[a])
@@ -78,18 +77,18 @@ def _find(model, continuing, searching, poses, seed, spacing, first, stop, candi
             counts[k] = count
             for c in range(known, count):
                 continue_backwards(
-                    model, geometry, continuing, poses, k, c, spacing, candidates, counts, start, out, rest
+                    model, solve, geometry, continuing, poses, k, c, spacing, candidates, counts, start, out
                 )
         counts[k] = count
 
 
 @kernel
-def continue_backwards(model, geometry, continuing, poses, k, c, spacing, candidates, counts, start, out, rest):
+def continue_backwards(model, solve, geometry, continuing, poses, k, c, spacing, candidates, counts, start, out):
     """Continue candidate c of pose k to the poses before it, until it meets a known candidate or ends."""
-    n, nothing = len(start), shaped(rest, 0, (0, 0))
+    n, nothing = len(start), shaped(start, 0, (0, 0))
     assign(start, candidates[k, c])
     for i in range(k - 1, -1, -1):
-        solve_rows(model, continuing, shaped(poses, 16 * i, (4, 4)), start, start, out, nothing, nothing, nothing, rest)
+        solve(model, continuing, shaped(poses, 16 * i, (4, 4)), start, start, out, nothing, nothing, nothing)
         if out[0, n + STATUS] != 0.0:
             return
         count = add(geometry, out, candidates[i], counts[i], spacing)

@@ -17,7 +17,7 @@ from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.kinematics.pose_error import difference, rotation_log
 from ros_ik_pkg.ik.kinematics.task import look_at_error, make_task
-from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows
+from ros_ik_pkg.ik.search.entry import STATUS, WIDTH
 
 MOST_PARTS = 64
 DEEPEST = 10  # halvings of an edge
@@ -30,7 +30,6 @@ SMALL_ANGLE = 1e-8  # rad
 class EdgeWork(NamedTuple):
     """The memory of parts_of_edge."""
 
-    rest: np.ndarray  # of a solve
     scratch: np.ndarray  # of a look at the tip
     start: np.ndarray  # (n,) joints at the start of a part
     middle: np.ndarray  # (n,)
@@ -45,7 +44,7 @@ class EdgeWork(NamedTuple):
 def edge_sizes(model):
     """Return how many numbers each array of an EdgeWork has."""
     n = int(model[0])
-    return memory_size(model, 1), 3 + buffer_size(model), n, n, n + WIDTH, 16, (DEEPEST + 1) * n, DEEPEST + 1
+    return 3 + buffer_size(model), n, n, n + WIDTH, 16, (DEEPEST + 1) * n, DEEPEST + 1
 
 
 @kernel
@@ -61,14 +60,13 @@ def edge_memory_size(model):
 def make_edge_work(model, memory):
     """Cut an EdgeWork from a block of memory; to be called by kernels only."""
     n = int(model[0])
-    rest, scratch, start, middle, out, pose, waiting, _ = edge_sizes(model)
-    b = rest + scratch
-    c = b + start
+    scratch, start, middle, out, pose, waiting, _ = edge_sizes(model)
+    c = scratch + start
     d = c + middle
     e = d + out
     f = e + pose
     return EdgeWork(
-        shaped(memory, 0, (rest,)), shaped(memory, rest, (scratch,)), shaped(memory, b, (n,)), shaped(memory, c, (n,)),
+        shaped(memory, 0, (scratch,)), shaped(memory, scratch, (n,)), shaped(memory, c, (n,)),
         shaped(memory, d, (1, n + WIDTH)), shaped(memory, e, (4, 4)), shaped(memory, f, (DEEPEST + 1, n)),
         shaped(memory, f + waiting, (DEEPEST + 1,)), shaped(memory, 0, (0, 0)),
     )  # fmt: skip
@@ -137,7 +135,7 @@ def on_line(model, numbers, pose, q, tolerance, angle_tolerance, memory):
 
 
 @kernel
-def parts_of_edge(model, continuing, poses, turns, k, a, b, bounds, cuts, memory):
+def parts_of_edge(model, solve, continuing, poses, turns, k, a, b, bounds, cuts, memory):
     """Return into how many parts the edge from joints a at pose k to joints b at the next is cut, 0 if there is none.
 
     In each part the joints move in a straight line that keeps the tip on its line. A part that does not is halved: the
@@ -171,10 +169,8 @@ def parts_of_edge(model, continuing, poses, turns, k, a, b, bounds, cuts, memory
             for j in range(n):
                 work.middle[j] = 0.5 * (work.start[j] + after[j])
             pose_between(poses, turns, k, half, work.pose)
-            solve_rows(
-                model, continuing, work.pose, work.middle, work.middle, work.out, work.nothing, work.nothing,
-                work.nothing, work.rest,
-            )  # fmt: skip
+            nothing = work.nothing
+            solve(model, continuing, work.pose, work.middle, work.middle, work.out, nothing, nothing, nothing)
             if work.out[0, n + STATUS] != 0.0:
                 return 0
             for j in range(n):
@@ -224,15 +220,15 @@ def keeps_to_line(model, numbers, poses, turns, k, a, first, b, last, bounds, wo
 
 
 @compiled
-def count_parts(model, continuing, poses, turns, q, bounds, parts):
+def count_parts(model, solve, continuing, poses, turns, q, bounds, parts):
     """Write the number of parts of each edge of a joint path q (N, n) to `parts` (N - 1,) int64, 0 if it is no edge."""
     memory, cuts = np.empty(edge_memory_size(model)), np.empty((MOST_PARTS, q.shape[1] + 1))
     for k in range(len(parts)):
-        parts[k] = parts_of_edge(model, continuing, poses, turns, k, q[k], q[k + 1], bounds, cuts, memory)
+        parts[k] = parts_of_edge(model, solve, continuing, poses, turns, k, q[k], q[k + 1], bounds, cuts, memory)
 
 
 @compiled
-def cut_edges(model, continuing, poses, turns, q, bounds, parts, rows, places, cut_poses):
+def cut_edges(model, solve, continuing, poses, turns, q, bounds, parts, rows, places, cut_poses):
     """Write the joint path with all cuts to `rows` (sum of parts + 1, n), their poses to `cut_poses`, and their places
     to `places`: k + the fraction of the way to pose k + 1."""
     n = q.shape[1]
@@ -242,7 +238,7 @@ def cut_edges(model, continuing, poses, turns, q, bounds, parts, rows, places, c
     cut_poses[0] = poses[:4]
     at = 1
     for k in range(len(parts)):
-        parts_of_edge(model, continuing, poses, turns, k, q[k], q[k + 1], bounds, cuts, memory)
+        parts_of_edge(model, solve, continuing, poses, turns, k, q[k], q[k + 1], bounds, cuts, memory)
         for p in range(parts[k]):
             last = p == parts[k] - 1
             assign(rows[at], q[k + 1] if last else cuts[p, :n])

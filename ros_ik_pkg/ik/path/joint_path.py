@@ -136,8 +136,8 @@ def _find_candidates(problem: Problem, most: int) -> tuple[np.ndarray, np.ndarra
     while done < count:
         stop = min(done + CHUNK, count)
         find_candidates(
-            problem.model, problem.continuing, searching, problem.poses, seed.copy(), SPACING if problem.spare else 0.0,
-            done, stop, candidates, counts, since,
+            problem.model, problem.solve, problem.continuing, searching, problem.poses, seed.copy(),
+            SPACING if problem.spare else 0.0, done, stop, candidates, counts, since,
         )  # fmt: skip
         problem.report(stop - done)
         done = stop
@@ -181,8 +181,9 @@ def _smoothed(problem: Problem, q: np.ndarray, first: int) -> np.ndarray:
             if time.monotonic() > problem.stop_time:
                 return best
             good = smooth(
-                problem.model, problem.continuing, problem.poses[4 * first : 4 * last], problem.turns[first : last - 1],
-                best, width, problem.most_steps[first : last - 1], problem.bounds, fresh,
+                problem.model, problem.solve, problem.continuing, problem.poses[4 * first : 4 * last],
+                problem.turns[first : last - 1], best, width, problem.most_steps[first : last - 1], problem.bounds,
+                fresh,
             ) and np.all((fresh >= lower) & (fresh <= upper))  # fmt: skip
             good = good and first_contact(problem, fresh) is None
             gain = length(fresh) / max(length(best), 1e-12) if good else 1.0
@@ -200,14 +201,16 @@ def _cut(problem: Problem, q: np.ndarray, first: int) -> tuple[np.ndarray, np.nd
     poses, turns = problem.poses[4 * first : 4 * last], problem.turns[first : last - 1]
     parts = np.empty(len(q) - 1, np.int64)
     q = np.ascontiguousarray(q)
-    count_parts(problem.model, problem.continuing, poses, turns, q, problem.bounds, parts)
+    count_parts(problem.model, problem.solve, problem.continuing, poses, turns, q, problem.bounds, parts)
     parts = np.maximum(parts, 1)
     total = int(parts.sum()) + 1
     rows, places, cut = np.empty((total, problem.arm.n)), np.empty(total), np.empty((total, 4, 4))
-    cut_edges(problem.model, problem.continuing, poses, turns, q, problem.bounds, parts, rows, places, cut)
+    cut_edges(
+        problem.model, problem.solve, problem.continuing, poses, turns, q, problem.bounds, parts, rows, places, cut
+    )
     lower, upper = problem.row_limits
     sharp = rows.copy()
-    sharpen(problem.model, problem.exact, cut.reshape(-1, 4), sharp)
+    sharpen(problem.model, problem.solve, problem.exact, cut.reshape(-1, 4), sharp)
     inside = np.all((sharp >= lower) & (sharp <= upper), axis=1)
     rows[inside] = sharp[inside]
     return rows, first + places, cut

@@ -73,7 +73,7 @@ def _put_between(problem: Problem, path: JointPath, rows: np.ndarray) -> None:
     poses[:, :3, 3] = 0.5 * (start + end)[:, :3, 3]
     poses[:, :3, :3] = rotations_of(0.5 * turns_between(start[:, :3, :3], end[:, :3, :3])) @ start[:, :3, :3]
     q = 0.5 * (path.q[rows] + path.q[rows + 1])
-    sharpen(problem.model, problem.exact, poses.reshape(-1, 4), q)
+    sharpen(problem.model, problem.solve, problem.exact, poses.reshape(-1, 4), q)
     lower, upper = problem.row_limits
     inside = ((q >= lower) & (q <= upper)).all(axis=1)
     rows, q, poses = rows[inside], q[inside], poses[inside]

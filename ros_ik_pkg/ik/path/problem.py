@@ -10,11 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from ros_ik_pkg.ik.arm import Arm
+from ros_ik_pkg.ik.kernel.compiled import FunctionAddress
 from ros_ik_pkg.ik.kernel.data_layout import GEOMETRY_JOINTS, HEADER, Tuning
 from ros_ik_pkg.ik.options import SolveOptions
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, rotation_vectors
 from ros_ik_pkg.ik.path.path_options import PathOptions
 from ros_ik_pkg.ik.path.waypoints import Samples
+from ros_ik_pkg.ik.search.entry import solve_range
 
 TURN = 2.0 * math.pi
 EXACT = 1e-11  # m, rad: error of the rows in the result
@@ -77,6 +79,11 @@ class Problem:
         packed[first : first + n][free] = -np.inf
         packed[first + n : first + 2 * n][free] = np.inf
         return packed
+
+    @cached_property
+    def solve(self) -> FunctionAddress:
+        """`solve_range`, as the compiled code takes it."""
+        return solve_range.as_argument()
 
     @cached_property
     def continuing(self) -> np.ndarray:

@@ -25,7 +25,7 @@ NEVER = 1 << 30  # reconfigurations of a node that is not reached
 
 @compiled
 def extend_route(
-    model, continuing, poses, turns, candidates, counts, upper, wraps, digits, weights, most_steps, bounds,
+    model, solve, continuing, poses, turns, candidates, counts, upper, wraps, digits, weights, most_steps, bounds,
     seed, stay, most_reconfigurations, barred, first, stop, parents, jumps, costs,
 ):  # fmt: skip
     """Find the best routes to the nodes of poses `first` to `stop` - 1; return the first pose that is not reached, or
@@ -66,7 +66,7 @@ def extend_route(
                 near = collect(candidates, counts, k, c, wraps, weights, most_steps, bounds[2], pairs, states)
                 within(candidates[k, c], upper, wraps, digits, allowed)
                 relax(
-                    model, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds,
+                    model, solve, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds,
                     allowed, fewest, least, parents, jumps, costs, pairs[:near], states, memory, cuts,
                 )  # fmt: skip
         if most_reconfigurations > 0:
@@ -179,8 +179,8 @@ def collect(candidates, counts, k, c, wraps, weights, most_steps, longest, pairs
 
 @kernel
 def relax(
-    model, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds, allowed, fewest, least,
-    parents, jumps, costs, pairs, states, memory, cuts,
+    model, solve, continuing, poses, turns, candidates, k, c, wraps, upper, digits, places, bounds, allowed, fewest,
+    least, parents, jumps, costs, pairs, states, memory, cuts,
 ):  # fmt: skip
     """Find the best parents of the nodes of candidate c of pose k.
 
@@ -224,7 +224,10 @@ def relax(
                         for j in range(n):
                             q[j] = candidates[k - 1, b, j]
                             r[j] = candidates[k, c, j] - TURN * pairs[best, j]
-                        if parts_of_edge(model, continuing, poses, turns, k - 1, q, r, bounds, cuts, memory) == 0:
+                        parts = parts_of_edge(
+                            model, solve, continuing, poses, turns, k - 1, q, r, bounds, cuts, memory
+                        )
+                        if parts == 0:
                             worst_jumps, worst_cost = NEVER, math.inf
                             break
                     jumps[now, node], costs[now, node], parents[k, node] = jump, cost, before

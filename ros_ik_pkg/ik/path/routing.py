@@ -119,8 +119,8 @@ def _best_route(
         while reached < count and not late:
             stop = min(reached + CHUNK, count)
             now = extend_route(
-                problem.model, problem.continuing, problem.poses, problem.turns, candidates, counts, upper,
-                problem.arm.wraps, digits, weights, problem.most_steps, problem.bounds, problem.seed, stay,
+                problem.model, problem.solve, problem.continuing, problem.poses, problem.turns, candidates, counts,
+                upper, problem.arm.wraps, digits, weights, problem.most_steps, problem.bounds, problem.seed, stay,
                 reconfigurations, barred, reached, stop, parents, jumps, costs,
             )  # fmt: skip
             problem.report(0)

@@ -11,30 +11,30 @@ from ros_ik_pkg.ik.kernel.compiled import compiled, kernel
 from ros_ik_pkg.ik.kernel.linalg import assign
 from ros_ik_pkg.ik.kernel.numba_insides import shaped
 from ros_ik_pkg.ik.path.edges import MOST_PARTS, edge_memory_size, parts_of_edge
-from ros_ik_pkg.ik.search.entry import STATUS, WIDTH, memory_size, solve_rows
+from ros_ik_pkg.ik.search.entry import STATUS, WIDTH
 
 MOST_CHANGE = 1e-2  # rad or m that a joint of a row may move when the row is solved more exactly
 
 
 @compiled
-def sharpen(model, exact, poses, q):
+def sharpen(model, solve, exact, poses, q):
     """Solve each row of q (N, n) again from itself with the options `exact`, and keep solutions that are close to it.
 
     `poses` (4 N, 4) are those of the rows.
     """
     n = q.shape[1]
-    _sharpen(model, exact, poses, q, np.empty(memory_size(model, 1) + 2 * n + WIDTH))
+    _sharpen(model, solve, exact, poses, q, np.empty(2 * n + WIDTH))
 
 
 @kernel
-def _sharpen(model, exact, poses, q, memory):
+def _sharpen(model, solve, exact, poses, q, memory):
     """Implement `sharpen`."""
-    n, size = q.shape[1], memory_size(model, 1)
-    rest, start = shaped(memory, 0, (size,)), shaped(memory, size, (n,))
-    out, nothing = shaped(memory, size + n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
+    n = q.shape[1]
+    start = shaped(memory, 0, (n,))
+    out, nothing = shaped(memory, n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
     for k in range(len(q)):
         assign(start, q[k])
-        solve_rows(model, exact, shaped(poses, 16 * k, (4, 4)), start, start, out, nothing, nothing, nothing, rest)
+        solve(model, exact, shaped(poses, 16 * k, (4, 4)), start, start, out, nothing, nothing, nothing)
         near = out[0, n + STATUS] == 0.0
         for j in range(n):
             near = near and abs(out[0, j] - start[j]) < MOST_CHANGE
@@ -44,7 +44,7 @@ def _sharpen(model, exact, poses, q, memory):
 
 
 @compiled
-def smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh):
+def smooth(model, solve, continuing, poses, turns, q, width, most_steps, bounds, fresh):
     """Write the joint path q averaged over `width` poses to either side to `fresh` (N, n); return whether it is valid.
 
     It is if every pose is solved and every edge keeps to the line. The first and the last row stay.
@@ -56,21 +56,20 @@ def smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh)
     for k in range(count):
         for j in range(n):
             sums[k + 1, j] = sums[k, j] + q[k, j]
-    memory = np.empty(memory_size(model, 1) + 2 * n + WIDTH)
+    memory = np.empty(2 * n + WIDTH)
     room = np.empty(edge_memory_size(model))
     cuts = np.empty((MOST_PARTS, n + 1))
     return _smooth(
-        model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, cuts
+        model, solve, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, cuts
     )
 
 
 @kernel
-def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, cuts):
+def _smooth(model, solve, continuing, poses, turns, q, width, most_steps, bounds, fresh, sums, memory, room, cuts):
     """Implement `smooth`."""
     count, n = q.shape
-    size = memory_size(model, 1)
-    rest, start = shaped(memory, 0, (size,)), shaped(memory, size, (n,))
-    out, nothing = shaped(memory, size + n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
+    start = shaped(memory, 0, (n,))
+    out, nothing = shaped(memory, n, (1, n + WIDTH)), shaped(memory, 0, (0, 0))
     assign(fresh[0], q[0])
     for k in range(1, count):
         w = min(width, k, count - 1 - k)
@@ -79,9 +78,7 @@ def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh
         else:
             for j in range(n):
                 start[j] = (sums[k + w + 1, j] - sums[k - w, j]) / (2 * w + 1)
-            solve_rows(
-                model, continuing, shaped(poses, 16 * k, (4, 4)), start, start, out, nothing, nothing, nothing, rest
-            )
+            solve(model, continuing, shaped(poses, 16 * k, (4, 4)), start, start, out, nothing, nothing, nothing)
             if out[0, n + STATUS] != 0.0:
                 return False
             for j in range(n):
@@ -91,7 +88,7 @@ def _smooth(model, continuing, poses, turns, q, width, most_steps, bounds, fresh
             if step > bounds[2] or step > most_steps[k - 1, j]:
                 return False
         if parts_of_edge(
-            model, continuing, poses, turns, k - 1, fresh[k - 1], fresh[k], bounds, cuts, room
+            model, solve, continuing, poses, turns, k - 1, fresh[k - 1], fresh[k], bounds, cuts, room
         ) == 0:
             return False
     return True

@@ -144,7 +144,7 @@ _TEXTS = {
         'Drag the poses; then solve the path.', 'Przeciągnij pozy, a potem rozwiąż ścieżkę.',
     ),
     'path sent': (
-        'The node solves the path; the first one on a machine takes a minute or more.',
+        'The node solves the path; the first one on a machine takes up to half a minute.',
         'Węzeł rozwiązuje ścieżkę; pierwsza na danej maszynie zajmuje minutę lub więcej.',
     ),
     'path solved': (

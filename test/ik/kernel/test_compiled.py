@@ -57,6 +57,19 @@ def test_one_compiled_kinematics_serves_every_form_of_a_configuration():
     assert len(geometric_jacobian.signatures) == 1
 
 
+def test_an_entry_point_can_be_the_argument_of_a_compiled_function():
+    number = numba.float64(numba.float64)
+    entry = compiled.entry_point(number.return_type, number.args)
+    double, square = entry(lambda x: 2.0 * x), entry(lambda x: x * x)
+
+    @numba.njit
+    def twice(function, x):
+        return function(function(x))
+
+    assert twice(double.as_argument(), 3.0) == 12.0 and twice(square.as_argument(), 3.0) == 81.0
+    assert len(twice.signatures) == 1  # compiled for the types, not for the functions
+
+
 def in_a_new_process(program, **environment):
     """Run a program that imports this package; return what it prints."""
     home = environment.pop('PYTHONPATH', str(HOME))

@@ -51,7 +51,7 @@ def all_routes(problem, candidates, counts, most):
             for i, j in np.argwhere(linked):
                 parts = np.empty(1, np.int64)
                 rows = np.ascontiguousarray([layers[k - 1][j], layer[i]])
-                count_parts(problem.model, problem.continuing, problem.poses[4 * k - 4 : 4 * k + 4],
+                count_parts(problem.model, problem.solve, problem.continuing, problem.poses[4 * k - 4 : 4 * k + 4],
                             problem.turns[k - 1 : k], rows, problem.bounds, parts)
                 linked[i, j] = parts[0] > 0
             length = np.linalg.norm(gaps, axis=2)
