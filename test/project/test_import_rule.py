@@ -43,7 +43,7 @@ ROOMS = {
     'ik': (
         'exceptions', 'text', 'solution', 'task_rows', 'kernel', 'motion', 'kinematics', 'branches', 'collision',
         'step', 'descent', 'search', 'batch', 'model', 'world', 'contacts', 'options', 'arm', 'loading', 'arm_tree',
-        'ordered_solver', 'touching', 'solver', 'batch_solver', 'tip_solver', 'compilation', 'path', 'reachability',
+        'ordered_solver', 'touching', 'solver', 'batch_solver', 'tip_solver', 'path', 'reachability', 'compilation',
         '__init__',
     ),
     'ros': (

@@ -31,7 +31,8 @@ _TEXTS = {
     'Ball': ('Ball', 'Kula'),
     'Remove all': ('Remove all', 'Usuń wszystkie'),
     'contact': (
-        'no solution: {links} touch in the least bad one', 'brak rozwiązania: w najmniej złym stykają się {links}'
+        'no solution: with the least penetration, {links} touch',
+        'brak rozwiązania: przy najmniejszym wnikaniu stykają się {links}',
     ),
     'no shapes': (
         'This robot has no shapes for contact: obstacles do not count for it.',
@@ -46,8 +47,8 @@ _TEXTS = {
     'all methods': ('All methods', 'Wszystkie metody'),
     'distance': ('Distance [m]', 'Odległość [m]'),
     'angle': ('Angle [rad]', 'Kąt [rad]'),
-    'distance hint': ('how near the tip must come', 'jak blisko ma podejść końcówka'),
-    'angle hint': ('how well the tip must be turned', 'jak dokładnie ma być obrócona końcówka'),
+    'distance hint': ('largest error of the position', 'największy błąd pozycji'),
+    'angle hint': ('largest error of the orientation', 'największy błąd orientacji'),
     'iterations': ('Iterations', 'Liczba iteracji'),
     'step size': ('Step size', 'Wielkość kroku'),
     'damping': ('Damping', 'Tłumienie'),
@@ -70,7 +71,7 @@ _TEXTS = {
     'time': ('time [ms]', 'czas [ms]'),
     'status': ('status', 'stan'),
     'note': (
-        'One descent each; the search of the node strides longer and restarts.',
+        'One descent each; the search of the node takes longer steps and restarts.',
         'Po jednym zejściu; węzeł szuka dłuższymi krokami i ponawia próby.',
     ),
     'plot position': ('Distance from the target [m]', 'Odległość od celu [m]'),
@@ -145,7 +146,7 @@ _TEXTS = {
     ),
     'path sent': (
         'The node solves the path; the first one on a machine takes up to half a minute.',
-        'Węzeł rozwiązuje ścieżkę; pierwsza na danej maszynie zajmuje minutę lub więcej.',
+        'Węzeł rozwiązuje ścieżkę; pierwsza na danej maszynie zajmuje do pół minuty.',
     ),
     'path solved': (
         'Solved whole: {seconds} s, the joints travel {travel} rad or m.',

@@ -287,7 +287,7 @@ def _why(solution: Solution, arm: Arm, options: SolveOptions) -> str:
     ]
     if solution.status == Status.COLLISION:
         links = ' and '.join(solution.nearest_links)
-        return f'{solution.status.text}; in the least bad one {links} {describe(solution.contact)}'
+        return f'{solution.status.text}; in the one with the least penetration {links} {describe(solution.contact)}'
     rows = np.count_nonzero(options.task_weights)
     if arm.n < rows and not solution.wished:
         parts.append(f'the arm has {arm.n} joints, fewer than the {rows} rows of the task: it cannot reach most poses; '

@@ -203,7 +203,7 @@ def test_a_shipped_robot_with_shapes_is_clear_at_home_and_solves_for_what_is_cle
     arm = load_arm(name)
     assert arm.contacts.known and not arm.contacts.warnings
     assert arm.contacts.look(arm.home).clearance > 0.01
-    assert all(pair.reason.startswith('SRDF') for pair in arm.contacts.left_out)
+    assert all(pair.reason.startswith('file of shapes') for pair in arm.contacts.left_out)
     for q in random_configurations(arm, np.random.default_rng(4), 100):
         found = solve(arm, arm.forward(q), arm.home)
         if found.status == Status.CONVERGED:
