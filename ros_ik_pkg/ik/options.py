@@ -268,6 +268,8 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     # The number of joints below which rows are wished for only, and the rows, as a number whose bit r stands for row r
     wishes_below: float = dataclass_field(init=False, repr=False, compare=False)
     wished_mask: int = dataclass_field(init=False, repr=False, compare=False)
+    # The same for whatever one call of the usual search cannot do, so that `solve` asks once
+    at_length_below: float = dataclass_field(init=False, repr=False, compare=False)
 
     def __new__(cls, *_: Any, **values: Any) -> SolveOptions:
         """Refuse an unknown name, with similar ones as a suggestion."""
@@ -287,6 +289,7 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
         below, mask = wishes_of(self.secondary, self.task_weights, usual and self.max_attempts > 1)
         object.__setattr__(self, 'wishes_below', below)
         object.__setattr__(self, 'wished_mask', mask)
+        object.__setattr__(self, 'at_length_below', math.inf if self.choice == 'all' else below)
 
     def wished_rows(self, joints: int) -> tuple[str, ...]:
         """Return the names of the rows that are wished for only if an arm has this many joints."""

@@ -103,9 +103,9 @@ def solve(
         target = as_array(getattr(target, 'homogeneous', target), 'target', POSE)
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = as_array(seed, 'seed', (arm.n,))
-    room = arm.contacts.room(world) if options.avoid_collisions and arm.shaped else None
+    room = arm.contacts.room(world) if arm.shaped and options.avoid_collisions else None
     n = arm.n
-    if n < options.wishes_below or trace or reference is not None or options.choice == 'all':
+    if n < options.at_length_below or trace or reference is not None:
         return solve_at_length(arm, target, seed, options, reference, trace, room)
     call = one_target or use_usual(False)  # held, because another thread may change it
     model = arm.packed if room is None or call is solve_usual.compiled else room.behind(arm.packed)
@@ -119,11 +119,12 @@ def solve(
         if row[STATUS - WIDTH] == NOT_COMPILED:
             raise NotCompiledError(STILL_COMPILING)
         raise argument_error(arm, options, target, seed, seed)
-    if room is not None:
-        if call is solve_usual.compiled:
-            _refuse_contact(row[:n], options, room)
-        elif row[STATUS - WIDTH] == COLLISION:  # an int: an enumeration takes a microsecond to compare
-            return solve_at_length(arm, target, seed, options, None, False, room)
+    if room is None:
+        return Solution(row)
+    if call is solve_usual.compiled:
+        _refuse_contact(row[:n], options, room)
+    elif row[STATUS - WIDTH] == COLLISION:  # an int: an enumeration takes a microsecond to compare
+        return solve_at_length(arm, target, seed, options, None, False, room)
     return Solution(row, None, None, room)
 
 
