@@ -49,6 +49,9 @@ EQUAL: dict[tuple[str, str], str] = {
      'if abs(q[i] - preferences.reference[i]) >= tuning.max_joint_jump:'): 'a jump that equals the bound in all bits',
     ('recording = recorder is not None and len(recorder.rows) > 0',
      'recording = recorder is not None or len(recorder.rows) > 0'): 'a recorder without rows writes none, in more time',
+    ('added if weights[0] > 0.0 else 1.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,',
+     'added if weights[0] > 0.0 else 2.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,'):
+        'the row of the system is zero beside the diagonal and on the right side',
     ('hurried > 0 and task.plain > 0.0 and not near_seed,',
      'hurried > 1 and task.plain > 0.0 and not near_seed,'): 'hurried is 0 or 50',
 }

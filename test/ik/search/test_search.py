@@ -133,6 +133,22 @@ def test_nearest_is_no_further_than_first_and_often_nearer(robot):
     assert nearer >= 10
 
 
+@pytest.mark.parametrize('robot', ['panda', 'iiwa14'])
+def test_the_search_for_the_nearest_goes_on_until_forty_attempts_bring_nothing_nearer(robot):
+    arm, rng, late = get_arm(robot), np.random.default_rng(3), 0
+    for target, seed in zip(reachable_poses(arm, rng, 12), random_configurations(arm, rng, 12)):
+
+        def nearest(attempts, target=target, seed=seed):
+            return solve(arm, target, seed, SolveOptions(choice='nearest', max_attempts=attempts, **CALM))
+
+        found = nearest(1000)
+        if found.attempts > 42:
+            late += 1
+            assert np.array_equal(nearest(found.attempts - 40).q, found.q)
+            assert not np.array_equal(nearest(found.attempts - 41).q, found.q)
+    assert late >= 6
+
+
 def test_nearest_is_measured_from_the_reference_where_there_is_one():
     arm, rng = get_arm('ur5'), np.random.default_rng(3)
     target = reachable_poses(arm, rng, 1)[0]
