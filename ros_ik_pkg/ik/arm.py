@@ -135,7 +135,12 @@ class Arm:
     @cached_property
     def shaped(self) -> bool:
         """Whether any link has a shape for contact."""
-        return bool(self.tree.shapes) and self.contacts.known
+        return not self.bare and self.contacts.known
+
+    @cached_property
+    def bare(self) -> bool:
+        """Whether no link names a shape; unlike `shaped` it reads no meshes."""
+        return not self.tree.shapes
 
     @cached_property
     def n(self) -> int:

@@ -103,7 +103,8 @@ def solve(
         target = as_array(getattr(target, 'homogeneous', target), 'target', POSE)
     if type(seed) is not ndarray or seed.dtype is not FLOAT:
         seed = as_array(seed, 'seed', (arm.n,))
-    room = arm.contacts.room(world) if options.avoid_collisions and arm.shaped else None
+    # The usual arm without shapes is told by one attribute.
+    room = None if arm.bare or not (options.avoid_collisions and arm.shaped) else arm.contacts.room(world)
     n = arm.n
     if n < options.at_length_below or trace or reference is not None:
         return solve_at_length(arm, target, seed, options, reference, trace, room)
