@@ -52,6 +52,12 @@ EQUAL: dict[tuple[str, str], str] = {
     ('added if weights[0] > 0.0 else 1.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,',
      'added if weights[0] > 0.0 else 2.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,'):
         'the row of the system is zero beside the diagonal and on the right side',
+    ('if not (free[1] > 0.0 and abs(m) * half < math.pi):',
+     'if not (free[1] >= 0.0 and abs(m) * half < math.pi):'):
+        'then the two quaternions of the goal span what one did, and the score counts their squares together',
+    ('return 0.5 * (along[0] + along[1]) if total < 1e-12 else (along[0] * away[1] + along[1] * away[0]) / total',
+     'return 0.5 * (along[0] + along[1]) if total < 2e-12 else (along[0] * away[1] + along[1] * away[0]) / total'):
+        'a length that is zero up to rounding',
     ('hurried > 0 and task.plain > 0.0 and not near_seed,',
      'hurried > 1 and task.plain > 0.0 and not near_seed,'): 'hurried is 0 or 50',
 }
