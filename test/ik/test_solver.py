@@ -198,6 +198,30 @@ def test_a_batch_names_the_first_bad_row(arm, targets, seeds, name):
         solve_batch(arm, options=SolveOptions(**CALM), **arguments)
 
 
+@pytest.mark.parametrize('number', [np.nan, np.inf, -np.inf])
+def test_a_pose_with_any_number_that_is_not_finite_is_refused(arm, number):
+    for place in np.ndindex(4, 4):
+        target = arm.forward(arm.home)
+        target[place] = number
+        with pytest.raises(ArgumentError, match='expected a finite homogeneous matrix'):
+            solve(arm, target)
+
+
+@pytest.mark.parametrize(
+    ('place', 'number'), [((3, 0), 1e-3), ((3, 1), 1e-3), ((3, 2), 1e-3), ((3, 3), 0.999), ((0, 0), 1.1)]
+)
+def test_a_matrix_that_is_no_pose_is_refused(arm, place, number):
+    target = np.eye(4)
+    target[place] = number
+    with pytest.raises(ArgumentError, match='expected a finite homogeneous matrix'):
+        solve(arm, target)
+
+
+def test_a_reflection_is_no_pose(arm):
+    with pytest.raises(ArgumentError, match='right-handed'):
+        solve(arm, np.diag([1.0, 1.0, -1.0, 1.0]))
+
+
 def test_warming_up_says_nothing_where_nothing_has_to_be_compiled():
     warm_up()
     said = []
