@@ -47,6 +47,10 @@ EQUAL: dict[tuple[str, str], str] = {
     ('largest, total = 0.0, 0.0', 'largest, total = 0.0, 1.0'): 'the total only tells whether all are finite',
     ('if abs(q[i] - preferences.reference[i]) > tuning.max_joint_jump:',
      'if abs(q[i] - preferences.reference[i]) >= tuning.max_joint_jump:'): 'a jump that equals the bound in all bits',
+    ('if recorder is not None and recording:', 'if recorder is not None or recording:'):
+        'a recorder without rows writes none, in more time',
+    ('nothing = shaped(work.q, 0, (0,))', 'nothing = shaped(work.q, 1, (0,))'): 'an array of no elements is nowhere',
+    ('return row[n + STATUS] >= 0.0', 'return row[n - STATUS] >= 0.0'): 'STATUS is 0',
     ('recording = recorder is not None and len(recorder.rows) > 0',
      'recording = recorder is not None or len(recorder.rows) > 0'): 'a recorder without rows writes none, in more time',
     ('added if weights[0] > 0.0 else 1.0, added if weights[1] > 0.0 else 1.0, added if weights[2] > 0.0 else 1.0,',

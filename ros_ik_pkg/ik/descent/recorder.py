@@ -38,7 +38,7 @@ def record(recorder, geometry, attempt, iteration, position_error, orientation_e
 def record_step(recorder, damping, step):
     """Complete the last row by the step taken from it."""
     k = recorder.written[0] - 1
-    if k >= len(recorder.rows):
+    if not 0 <= k < len(recorder.rows):
         return
     square = 0.0
     for i in range(len(step)):

@@ -106,6 +106,22 @@ def test_the_edge_of_the_reach_is_sharp(metres, beyond):
     assert out_of_reach(arm.geometry, make_reach(arm.geometry), task, tuning(**options)) == beyond
 
 
+@pytest.mark.parametrize('seed', range(3))
+def test_the_distance_is_that_of_the_wrist_however_the_tip_is_turned(seed):
+    rng = np.random.default_rng(seed)
+    arm = load_arm(random_urdf(rng, 7, ('revolute',), branches=0), 'base', 'tip')
+    reach, target = arm.reach_bound, np.eye(4)
+    assert np.abs(reach.in_tip).min() > 1e-3  # else an axis would not count
+    for _ in range(10):
+        away = rng.normal(size=3)
+        for share, beyond in ((1.0 - 1e-6, False), (1.0 + 1e-3, True)):
+            target[:3, :3] = random_rotation(rng)
+            wrist = reach.in_base + share * reach.lengths[0] * away / np.linalg.norm(away)
+            target[:3, 3] = wrist - target[:3, :3] @ reach.in_tip
+            status = solve(arm, target, options=SolveOptions(max_attempts=9, deadline=0.0)).status
+            assert (status == Status.UNREACHABLE) == beyond
+
+
 def test_a_target_just_outside_but_within_tolerance_counts_as_reachable():
     arm, target = get_arm('planar3r'), np.eye(4)
     target[0, 3] = 0.9 + 5e-4
