@@ -12,7 +12,7 @@ import pytest
 from numerics import random_configurations
 
 from ros_ik_pkg.ik import SolveOptions, load_arm, solve
-from ros_ik_pkg.ik.search.ordered_starts import COUNT, POSE, SLOPES
+from ros_ik_pkg.ik.search.ordered_starts import COUNT, POSE, SLOPES, score_ordered_starts
 
 CALM = SolveOptions(deadline=0.0)
 AS_NEAR = 1.01
@@ -158,3 +158,32 @@ def test_a_start_knows_how_the_tip_turns_on_its_way_to_a_position(arms, name):
         assert np.linalg.norm(pin.log3(said @ other.T)) < 0.02 * np.linalg.norm(pin.log3(other @ R.T)) + 2e-4
         led += 1
     assert led > 20
+
+
+@pytest.mark.parametrize('name', ['so101', 'aside', 'four', 'skew'])
+def test_the_score_is_the_angle_that_is_left_and_how_far_the_position_is(arms, name):
+    arm, rng = arms[name], np.random.default_rng(24)
+    starts, free = arm.ordered_starts
+    n, whole = arm.n, starts.astype(float)
+    ranges, middles = 0.5 * (arm.upper - arm.lower), 0.5 * (arm.upper + arm.lower)
+    scores = np.empty(starts.shape[1], np.float32)
+    slopes = whole[n + POSE : n + POSE + SLOPES].reshape(3, 4, -1)
+    for k in range(0, COUNT, 50):
+        p, azimuth = whole[n : n + 3, k] + rng.normal(scale=0.03, size=3), rng.uniform(-4.0, 4.0)
+        a, b = np.linalg.qr(rng.normal(size=(4, 2)))[0].T
+        goal = tuple(p), tuple(a), tuple(b if free[1] else 0.0 * b), azimuth
+        score_ordered_starts(arm.geometry, starts, free, goal, scores)
+        dp = p[:, None] - whole[n : n + 3]
+        led = whole[n + 3 : n + 7] + np.einsum('im,ijm->jm', dp, slopes)
+        u, v = a @ led, goal[2] @ led
+        angle = np.arctan2(np.abs(v), np.abs(u))  # of the last joint, halved, from the middle of its range
+        spare = 0.5 * ranges[-1] if free[1] and ranges[-1] < np.pi else 0.5 * np.pi
+        cosine = np.hypot(u, v) * np.cos(np.maximum(angle - spare, 0.0)) / np.linalg.norm(led, axis=0)
+        beyond = np.zeros(len(scores))
+        if free[0] and 2.0 * ranges[0] < 2.0 * np.pi:
+            sign = arm.geometry.multiplier[0]
+            gap = azimuth - sign * (middles[0] - whole[0]) - whole[n + 7]
+            gap -= 2.0 * np.pi * np.floor(gap / (2.0 * np.pi) + 0.5)
+            beyond = p[0] * np.maximum(np.abs(gap) - ranges[0], 0.0)
+        far = ((dp**2).sum(axis=0) + beyond**2) / free[3] ** 2
+        np.testing.assert_allclose(scores, far**2 + 1.0 - cosine**2, rtol=2e-3, atol=2e-4)
