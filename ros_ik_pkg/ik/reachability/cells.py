@@ -45,10 +45,10 @@ def position_cell(p, corner, step, shape):
     """Return the cell of a position [m] in the grid from `corner`, -1 outside it."""
     cell = 0
     for axis in range(3):
-        k = math.floor((p[axis] - corner[axis]) / step)
-        if k < 0 or k >= shape[axis]:
+        place = (p[axis] - corner[axis]) / step
+        if not 0.0 <= place < shape[axis]:  # before it becomes an integer, which for NaN depends on the processor
             return -1
-        cell = cell * shape[axis] + k
+        cell = cell * shape[axis] + int(place)
     return cell
 
 

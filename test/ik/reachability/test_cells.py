@@ -42,5 +42,5 @@ def test_positions_have_cells_in_row_order_and_none_outside_the_grid():
     corner, shape = np.array([-1.0, 0.0, 0.0]), np.array([2, 3, 4])
     assert position_cell((-0.9, 0.1, 0.1), corner, 1.0, shape) == 0
     assert position_cell((0.9, 2.5, 3.5), corner, 1.0, shape) == 23
-    for outside in ((-1.1, 0.1, 0.1), (1.1, 0.1, 0.1), (0.0, 3.1, 0.0), (0.0, 0.0, np.nan)):
+    for outside in ((-1.1, 0.1, 0.1), (1.1, 0.1, 0.1), (0.0, 3.1, 0.0), (0.0, 0.0, np.nan), (0.0, 0.0, np.inf)):
         assert position_cell(outside, corner, 1.0, shape) == -1
