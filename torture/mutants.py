@@ -130,12 +130,7 @@ def judge(scratch: Path, limit: float | None, mutant: Mutant | None) -> str:
     """
     with tempfile.TemporaryDirectory(dir=scratch) as folder:
         copy = Path(folder) / 'package'
-        for name in COPIED:
-            source = ROOT / name
-            if source.is_dir():
-                shutil.copytree(source, copy / name, ignore=shutil.ignore_patterns('__pycache__'))
-            else:
-                shutil.copy(source, copy / name)
+        copy_package(copy)
         if mutant:
             (copy / mutant.path).write_text(mutant.change())
         paths = os.pathsep.join([str(copy), os.environ.get('PYTHONPATH', '')])
@@ -153,6 +148,16 @@ def judge(scratch: Path, limit: float | None, mutant: Mutant | None) -> str:
         return NO_MUTANT
     (failed, *_) = re.findall(r'^(?:FAILED|ERROR) (\S+)', said, re.MULTILINE) or [said[-500:]]
     return failed
+
+
+def copy_package(folder: Path) -> None:
+    """Copy to a folder what the tests need of the repository."""
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns('__pycache__'))
+        else:
+            shutil.copy(source, folder / name)
 
 
 def processor_time() -> float:

@@ -265,10 +265,9 @@ class SolveOptions(MethodOptions):  # type: ignore[valid-type,misc]  # made from
     )
 
     numbers: np.ndarray = dataclass_field(init=False, repr=False, compare=False)
-    # The number of joints below which rows are wished for only, and the rows, as a number whose bit r stands for row r
+    # Below so many joints rows are wished for only (bit r of the mask is row r), or one call of the search will not do
     wishes_below: float = dataclass_field(init=False, repr=False, compare=False)
     wished_mask: int = dataclass_field(init=False, repr=False, compare=False)
-    # The same for whatever one call of the usual search cannot do, so that `solve` asks once
     at_length_below: float = dataclass_field(init=False, repr=False, compare=False)
 
     def __new__(cls, *_: Any, **values: Any) -> SolveOptions:

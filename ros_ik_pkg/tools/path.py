@@ -18,7 +18,7 @@ from ros_ik_pkg.ik import Arm, IkError, PathOptions, PathSolution, load_arm, sol
 from ros_ik_pkg.tools.path_files import read_path_file
 
 NOTICE_AFTER = 3.0  # s
-STILL_SOLVING = 'path: still solving; the first path on a machine also compiles, for some 15 s'
+STILL_SOLVING = 'path: still solving; the first path on a machine also compiles, for some 12 s'
 
 
 def arguments() -> argparse.ArgumentParser:

@@ -26,6 +26,14 @@ FOLDING = '<robot name="folding">' + ''.join(f'<link name="l{i}">{BEAM}</link>' 
     '<axis xyz="0 0 1"/><limit lower="-3.1" upper="3.1" effort="1" velocity="1"/></joint>'
     for i in range(3)
 ) + '</robot>'
+A_PATH = """
+import numpy as np
+from ros_ik_pkg.ik import PathOptions, load_arm, solve_path
+arm = load_arm('ur5')
+poses = np.stack([arm.forward(arm.home)] * 3)
+poses[:, 2, 3] += 0.0, 0.05, 0.1
+print(solve_path(arm, poses, arm.home, path=PathOptions(max_reconfigurations=1)).complete)
+"""
 
 
 @pytest.fixture
@@ -54,14 +62,6 @@ def test_the_usual_solve_gives_the_bits_of_the_complete_one(usual, name):
             complete.status, complete.iterations, complete.attempts
         )  # fmt: skip
     assert answered >= len(targets) - 4
-A_PATH = """
-import numpy as np
-from ros_ik_pkg.ik import PathOptions, load_arm, solve_path
-arm = load_arm('ur5')
-poses = np.stack([arm.forward(arm.home)] * 3)
-poses[:, 2, 3] += 0.0, 0.05, 0.1
-print(solve_path(arm, poses, arm.home, path=PathOptions(max_reconfigurations=1)).complete)
-"""
 
 
 def test_what_is_not_compiled_yet_is_refused_and_not_waited_for(usual):

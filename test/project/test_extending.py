@@ -12,9 +12,10 @@ from pathlib import Path
 import pytest
 from test_docs import blocks
 
+from torture.mutants import copy_package
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / 'docs' / 'extending.md'
-COPIED = ('ros_ik_pkg', 'bench', 'config', 'docs', 'launch', 'test', 'package.xml', 'pyproject.toml', 'setup.cfg')
 NAME = 'sugihara'
 EVERYWHERE = f"""
 import sys
@@ -58,21 +59,11 @@ assert to_hex(line.get_color()) == COLOURS[{NAME!r}] == '#d55e00'
 pytestmark = pytest.mark.once
 
 
-def copy_package(folder: Path) -> Path:
-    """Copy what the tests need of the repository to a folder."""
-    for name in COPIED:
-        source = ROOT / name
-        if source.is_dir():
-            shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns('__pycache__'))
-        else:
-            shutil.copy(source, folder / name)
-    return folder
-
-
 @pytest.fixture(scope='module')
 def copy(tmp_path_factory) -> Path:
     """A copy of the package with the changes of the page."""
-    folder = copy_package(tmp_path_factory.mktemp('extended'))
+    folder = tmp_path_factory.mktemp('extended')
+    copy_package(folder)
     changes = blocks(PAGE.read_text(), 'diff')
     assert len(changes) == 2  # a method is added in two files
     for change in changes:
@@ -138,7 +129,8 @@ def test_each_place_that_lacks_what_was_declared_is_noticed_by_a_test_of_the_pag
     file, place, addition, tests = DECLARED[what]
     section = PAGE.read_text().partition(f'## Add a{"n" * (what[0] in "aeiou")} {what}')[2].partition('\n## ')[0]
     assert all(f'test/{test.partition("::")[0]}' in section for test in tests)
-    path = copy_package(tmp_path) / file
+    copy_package(tmp_path)
+    path = tmp_path / file
     text, count = re.subn(place, addition, path.read_text())
     assert count == 1
     path.write_text(text)
