@@ -11,11 +11,12 @@ import pytest
 from ros_ik_pkg.tools.domain import own_domain
 
 ROOT = Path(__file__).resolve().parents[1]
-# Begun first, so that no core waits for one of them at the end. The first compiles what no other file uses; beside it
-# the others compile, once, what the rest of the tests load.
+# Begun first, so that no core waits for one of them at the end. With an empty cache the first compiles the solver for
+# one chain, which the next four do not need, and the sixth that for two; the others load what these have compiled.
 LONG = (
-    'project/test_extending', 'project/test_complaints', 'tools/test_torture', 'ik/step/test_methods',
-    'tools/test_programs', 'ros/test_node', 'project/test_docs',
+    'project/test_complaints', 'ik/kernel/test_wide', 'project/test_extending', 'ros/servo/test_limiter',
+    'ros/runtime/test_stop_flag', 'ik/test_tips', 'tools/test_torture', 'tools/test_programs', 'ros/test_node',
+    'ik/step/test_methods', 'project/test_docs',
 )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from trajectory_msgs.msg import JointTrajectory
 from ros_ik_pkg.ik.text import did_you_mean, shorten
 from ros_ik_pkg.ros.interface import topics
 from ros_ik_pkg.ros.interface.topics import Topic
-from ros_ik_pkg.ros.reply import PathReply, Reply, values
+from ros_ik_pkg.ros.reply import PathMotions, PathReply, Reply, values
 from ros_ik_pkg.ros.runtime.companion_node import companion_node
 from ros_ik_pkg.ros.runtime.node_names import full_name
 
@@ -93,7 +93,7 @@ class IkClient:
             self._subscribe(topics.ITERATIONS, self._on_iterations)
         self._paths: Any = None  # publisher, made by the first call of solve_path
         self._path_stamp = (0, 0)
-        self._path_motion: JointTrajectory | None = None
+        self._path_motions = PathMotions()
         self._path_reply: PathReply | None = None
         self._parameters: AsyncParameterClient | None = None
         self._closed = False
@@ -192,7 +192,8 @@ class IkClient:
             deadline = self._deadline(timeout)
             self._listen_to_paths(deadline, timeout)
             sec, nanosec = self._path_stamp = self._new_stamp()
-            self._path_motion = self._path_reply = None
+            self._path_reply = None
+            self._path_motions.clear()
             header = Header(stamp=Time(sec=sec, nanosec=nanosec), frame_id=path.header.frame_id)
             self._paths.publish(Path(header=header, poses=path.poses))
             if not self._spin_until(self._whole_path_reply, deadline):
@@ -211,7 +212,7 @@ class IkClient:
             raise NodeError(f'no node takes paths on {self._paths.topic_name} within {timeout:g} s; {WHAT_TO_CHECK}')
 
     def _on_path_solution(self, message: JointTrajectory) -> None:
-        self._path_motion = message
+        self._path_motions.add(message)
 
     def _on_path_result(self, message: DiagnosticArray) -> None:
         if (message.header.stamp.sec, message.header.stamp.nanosec) == self._path_stamp:
@@ -220,10 +221,10 @@ class IkClient:
     def _whole_path_reply(self) -> bool:
         """Return whether everything that belongs to the path has arrived."""
         reply = self._path_reply
-        if reply is None or (reply.solved and self._path_motion is None):
-            return False
-        reply.trajectory = self._path_motion if reply.solved else None
-        return True
+        if reply is None or not reply.solved:
+            return reply is not None
+        reply.trajectory = self._path_motions.of(reply.figures)
+        return reply.trajectory is not None
 
     def publish_joints(self, positions: Mapping[str, float]) -> None:
         """Publish joint positions [rad, m], as a robot does; the first call waits a little for subscribers.

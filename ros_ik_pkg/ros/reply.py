@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from trajectory_msgs.msg import JointTrajectory
 
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, NOTHING, STREAM
+
+MOTIONS = 16  # more than come between a motion and its result
 
 
 @dataclass
@@ -100,3 +104,31 @@ class PathReply:
 def values(status: DiagnosticStatus) -> dict[str, str]:
     """Return the key-value pairs of a diagnostic status."""
     return {pair.key: pair.value for pair in status.values}
+
+
+class PathMotions:
+    """The last few motions on `~/path_solution`, of whatever path: a result may come before its motion."""
+
+    def __init__(self) -> None:
+        self._motions: deque[JointTrajectory] = deque(maxlen=MOTIONS)
+
+    def add(self, motion: JointTrajectory) -> None:
+        """Keep a motion."""
+        self._motions.append(motion)
+
+    def clear(self) -> None:
+        """Forget all motions."""
+        self._motions.clear()
+
+    def of(self, figures: Mapping[str, str]) -> JointTrajectory | None:
+        """Return the motion of a path's result, if it is there.
+
+        It is known by its points and its duration: its stamp is 0, which joint_trajectory_controller takes for now.
+        """
+        points, duration = int(figures['points']), round(1e9 * float(figures['duration']))
+        for motion in self._motions:
+            if len(motion.points) == points:
+                end = motion.points[-1].time_from_start
+                if 10**9 * end.sec + end.nanosec == duration:
+                    return motion
+        return None

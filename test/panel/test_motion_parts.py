@@ -33,7 +33,7 @@ from ros_ik_pkg.panel.motion import read_motion  # noqa: E402
 pytestmark = [allow_lark, pytest.mark.once]
 ARM = load_arm('puma560')
 SOLVED = {
-    'outcome': 'solved', 'status': 'solved', 'message': 'so it is', 'duration': 2.0, 'joint_travel': 1.5,
+    'outcome': 'solved', 'status': 'solved', 'message': 'so it is', 'points': 2, 'duration': 2.0, 'joint_travel': 1.5,
     'reconfigured_at_poses': '', 'reconfigured_at_times': '', 'slowed_intervals': 0, 'sigma_min': 0.1234,
     'sigma_min_at_pose': 1.5,
 }  # fmt: skip
@@ -141,8 +141,13 @@ def test_a_path_needs_two_poses_and_its_motion_is_shown_once_result_and_motion_a
     assert not path._result
     link.heard[topics.PATH_RESULT.name](result(7))
     assert path._result and path._motion is None
+    other = trajectory()
+    other.points[-1].time_from_start.sec = 4
+    link.heard[topics.PATH_SOLUTION.name](other)
+    assert path._motion is None
     link.heard[topics.PATH_SOLUTION.name](trajectory())
     assert path._motion is not None and not path._slider.disabled
+    link.heard[topics.PATH_SOLUTION.name](other)
     path.go_to(1.0)
     np.testing.assert_allclose(panel._scene._shown, 0.5)
 

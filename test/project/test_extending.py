@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from textwrap import indent
 
 import pytest
 from test_docs import blocks
@@ -80,14 +81,14 @@ def run(folder: Path, *arguments: str) -> str:
     return done.stdout
 
 
-def test_a_method_is_everywhere_after_it_was_added_as_the_page_says(copy):
-    run(copy, '-c', EVERYWHERE)
-
-
-def test_the_contract_and_the_microscope_hold_for_a_method_that_was_added_as_the_page_says(copy):
+@pytest.mark.workspace  # compiles for a minute
+def test_a_method_that_was_added_as_the_page_says_is_everywhere_and_holds_to_the_contract(copy):
+    everywhere = copy / 'test' / 'test_everywhere.py'  # in one process with the contract, which compiles once
+    everywhere.write_text(f'def test_{NAME}_is_everywhere():\n{indent(EVERYWHERE, "    ")}')
     suites = 'test/ik/step/test_methods.py', 'test/ik/step/test_step_rules.py', 'test/compare/test_iterate.py'
-    summary = run(copy, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', '-k', NAME, *suites).splitlines()[-1]
-    assert int(summary.split()[0]) > 50 and 'passed' in summary
+    done = run(copy, '-m', 'pytest', '-rA', '-p', 'no:cacheprovider', '-k', NAME, str(everywhere), *suites).splitlines()
+    assert f'PASSED test/test_everywhere.py::test_{NAME}_is_everywhere' in done
+    assert int(done[-1].split(' passed')[0].split()[-1]) > 50 and 'failed' not in done[-1]
 
 
 def test_documents_made_again_as_the_page_says_have_the_options_of_the_added_method(copy):

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 import yaml
+from conftest import LONG
 
 pytestmark = pytest.mark.once
 
@@ -32,6 +33,10 @@ def test_continuous_integration_runs_what_a_contributor_can_run():
     assert commands('ci.yml').splitlines()[-1] == '.ci/run'
     for script in ('.ci/run', 'scripts/docs', 'scripts/test'):
         assert os.access(ROOT / script, os.X_OK)
+
+
+def test_the_files_whose_tests_begin_first_are_there():
+    assert len(LONG) > 5 and [name for name in LONG if not (ROOT / 'test' / f'{name}.py').is_file()] == []
 
 
 def test_everything_includes_the_api_reference_with_warnings_as_errors():

@@ -10,8 +10,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from chains import pinocchio_tip
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Path
 from ros_helpers import TIMEOUT, Client, allow_lark, connected, joint_state, pose_of
+from trajectory_msgs.msg import JointTrajectory
 
 from ros_ik_pkg.ik import load_arm
 from ros_ik_pkg.ros.interface import topics
@@ -29,10 +31,19 @@ class PathClient(Client):
 
     def __init__(self, node, name: str = topics.NODE_NAME) -> None:
         self.motions, self.path_results, self.markers = [], [], []
+        self.strangers: list[JointTrajectory] = []  # motions of other paths that come just before a result
         super().__init__(node, name)
-        self._subscribe(topics.PATH_SOLUTION, self.motions.append)
-        self._subscribe(topics.PATH_RESULT, self.path_results.append)
         self._subscribe(topics.PATH_MARKERS, self.markers.append)
+
+    def _on_path_solution(self, message: JointTrajectory) -> None:
+        super()._on_path_solution(message)
+        self.motions.append(message)
+
+    def _on_path_result(self, message: DiagnosticArray) -> None:
+        for motion in self.strangers:
+            super()._on_path_solution(motion)
+        super()._on_path_result(message)
+        self.path_results.append(message)
 
     def send_path(self, path: Path) -> None:
         self._paths.publish(path)
@@ -195,6 +206,17 @@ def test_a_path_that_breaks_is_partial_and_nothing_is_published(client):
     client.wait_for(lambda: len(client.path_results) > count and client.markers, 'markers')
     assert client.solve_path(path_of(line(0.1)), TIMEOUT).solved
     assert len(client.motions) == 1
+
+
+def test_the_motion_of_another_path_is_not_taken_for_the_one_that_was_asked_for(client):
+    other = client.solve_path(path_of(line(0.05)), TIMEOUT).trajectory
+    asked = client.solve_path(path_of(line(0.1)), TIMEOUT).trajectory
+    client.strangers = [other, JointTrajectory()]
+    try:
+        reply = client.solve_path(path_of(line(0.1)), TIMEOUT)
+    finally:
+        client.strangers = []
+    assert reply.trajectory.points == asked.points != other.points
 
 
 def bad(index, **fields):

@@ -379,9 +379,13 @@ def test_between_two_slow_targets_a_parameter_is_set_and_health_is_reported(clie
     sender.start()
     try:
         client.wait_for(lambda: len(client.results) > began + 60, 'many results')  # so that targets can pile up
-        asked = len(client.results)
-        client.set_parameters({'max_attempts': 499})  # of a few the last descends another way, and is fast
-        assert len(client.results) - asked <= 5
+        waited = []
+        for attempts in (499, 498, 497):  # of a few the last descends another way, and is fast
+            asked = len(client.results)
+            client.set_parameters({'max_attempts': attempts})
+            waited.append(len(client.results) - asked)
+        # Of three, because DDS sends a message that was lost again at its next heartbeat only, after up to 3 s.
+        assert np.median(waited) <= 5
         client.wait_for(lambda: len(client.results) > began + 120, 'many results')
     finally:
         stop.set()

@@ -25,6 +25,7 @@ from ros_ik_pkg.panel.pages.page import Page, Tools
 from ros_ik_pkg.ros.handling.result import SOLVED
 from ros_ik_pkg.ros.input.pose import stamp_text
 from ros_ik_pkg.ros.interface import topics
+from ros_ik_pkg.ros.reply import PathMotions
 
 TOOL_SPEED, BRANCHES = 'path.tool_speed', 'path.max_reconfigurations'
 APART = pin.SE3(pin.utils.rotate('z', np.radians(20.0)), np.zeros(3))  # about the base: the next way point
@@ -43,7 +44,7 @@ class PathPage(Page):
         self._chosen = -1
         self._stamp = ''  # of the path that is asked for
         self._result: dict[str, str] = {}
-        self._coming: JointTrajectory | None = None
+        self._coming = PathMotions()
         self._markers: MarkerArray | None = None
         self._motion: Motion | None = None
         self._time = self._due = 0.0  # s: in the motion, and when that was shown
@@ -152,12 +153,13 @@ class PathPage(Page):
             write_pose(stamped.pose, pose)
             path.poses.append(stamped)
         self._stamp = stamp_text(path.header.stamp)
-        self._coming = self._markers = None
+        self._coming.clear()
+        self._markers = None
         self._publisher.publish(path)
         self._say()
 
     def _take_motion(self, message: JointTrajectory) -> None:
-        self._coming = message
+        self._coming.add(message)
         self._show_result()
 
     def _take_markers(self, message: MarkerArray) -> None:
@@ -174,10 +176,12 @@ class PathPage(Page):
 
     def _show_result(self) -> None:
         """Show the motion once it and its result are there."""
-        if self._result.get('outcome') == SOLVED and self._coming is not None:
+        if self._result.get('outcome') != SOLVED or self._motion is not None:
+            return
+        motion = self._coming.of(self._result)
+        if motion is not None:
             times = list(map(float, self._result['reconfigured_at_times'].split()))
-            self._motion, self._coming = read_motion(self._coming, self._arm, times), None
-            self._time = 0.0
+            self._motion, self._time = read_motion(motion, self._arm, times), 0.0
             self._show_motion()
 
     def _draw_result(self) -> None:
