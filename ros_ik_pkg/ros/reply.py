@@ -10,6 +10,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from trajectory_msgs.msg import JointTrajectory
 
 from ros_ik_pkg.ros.handling.result import NOT_TRACED, NOTHING, STREAM
+from ros_ik_pkg.ros.output.path_messages import row_time
 
 MOTIONS = 16  # more than come between a motion and its result
 
@@ -125,10 +126,5 @@ class PathMotions:
 
         It is known by its points and its duration: its stamp is 0, which joint_trajectory_controller takes for now.
         """
-        points, duration = int(figures['points']), round(1e9 * float(figures['duration']))
-        for motion in self._motions:
-            if len(motion.points) == points:
-                end = motion.points[-1].time_from_start
-                if 10**9 * end.sec + end.nanosec == duration:
-                    return motion
-        return None
+        points, end = int(figures['points']), row_time(float(figures['duration']))
+        return next((m for m in self._motions if len(m.points) == points and m.points[-1].time_from_start == end), None)

@@ -379,13 +379,10 @@ def test_between_two_slow_targets_a_parameter_is_set_and_health_is_reported(clie
     sender.start()
     try:
         client.wait_for(lambda: len(client.results) > began + 60, 'many results')  # so that targets can pile up
-        waited = []
-        for attempts in (499, 498, 497):  # of a few the last descends another way, and is fast
-            asked = len(client.results)
-            client.set_parameters({'max_attempts': attempts})
-            waited.append(len(client.results) - asked)
-        # Of three, because DDS sends a message that was lost again at its next heartbeat only, after up to 3 s.
-        assert np.median(waited) <= 5
+        asked, when = len(client.results), time.monotonic()
+        client.set_parameters({'max_attempts': 499})  # of a few the last descends another way, and is fast
+        passed, took = client.results[asked:], time.monotonic() - when
+        assert len(passed) <= 5, f'{len(passed)} in {took:.2f} s, the last: {passed[-1].message}'
         client.wait_for(lambda: len(client.results) > began + 120, 'many results')
     finally:
         stop.set()

@@ -39,13 +39,14 @@ def path_trajectory_message(result: PathResult) -> JointTrajectory:
     message = JointTrajectory(joint_names=list(arm.joint_names))
     message.header.frame_id = arm.base_frame
     message.points = [
-        JointTrajectoryPoint(positions=q, velocities=v, accelerations=a, time_from_start=_duration(t))
+        JointTrajectoryPoint(positions=q, velocities=v, accelerations=a, time_from_start=row_time(t))
         for q, v, a, t in rows
     ]
     return message
 
 
-def _duration(seconds: float) -> Duration:
+def row_time(seconds: float) -> Duration:
+    """Return the time of a row as in the motion: the nearest nanosecond."""
     nanoseconds = round(1e9 * seconds)
     return Duration(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
