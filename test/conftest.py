@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[1]
 LONG = (
     'project/test_complaints', 'ik/kernel/test_wide', 'project/test_extending', 'ros/servo/test_limiter',
     'ros/runtime/test_stop_flag', 'ik/test_tips', 'tools/test_torture', 'tools/test_programs', 'ros/test_node',
-    'ik/step/test_methods', 'project/test_docs',
+    'ik/step/test_methods', 'project/test_docs', 'ik/test_compilation', 'ik/kernel/test_compiled',
 )  # fmt: skip
 
 
