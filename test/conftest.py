@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,13 +11,14 @@ import pytest
 
 from ros_ik_pkg.tools.domain import own_domain
 
+gc.disable()  # while tests are collected: it would scan the thousands of them again and again, to find nothing
 ROOT = Path(__file__).resolve().parents[1]
 # Begun first, so that no core waits for one of them at the end. With an empty cache the first compiles the solver for
 # one chain, which the next four do not need, and the sixth that for two; the others load what these have compiled.
 LONG = (
     'project/test_complaints', 'ik/kernel/test_wide', 'project/test_extending', 'ros/servo/test_limiter',
     'ros/runtime/test_stop_flag', 'ik/test_tips', 'tools/test_torture', 'tools/test_programs', 'ros/test_node',
-    'ik/step/test_methods', 'project/test_docs',
+    'ik/step/test_methods', 'project/test_docs', 'ik/test_compilation', 'ik/kernel/test_compiled',
 )  # fmt: skip
 
 
@@ -49,3 +51,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return places.get(name, len(LONG) + name.startswith('ik/'))
 
     items.sort(key=place)
+
+
+def pytest_collection_finish() -> None:
+    """Let the garbage collector begin, and leave alone what is there now."""
+    gc.freeze()
+    gc.enable()

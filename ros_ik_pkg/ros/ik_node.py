@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 from ros_ik_pkg.ros.runtime.stop_flag import StopFlag
@@ -27,6 +28,7 @@ def main(args: list[str] | None = None) -> int:
     """
     flag = StopFlag()
     try:
+        gc.disable()  # until the node spins: nothing of what the imports make is garbage
         # These take a second to import, in which a signal must not end in a traceback.
         from ros_ik_pkg.ros.interface.parameters import PARAMETERS
 

@@ -160,6 +160,7 @@ def assert_plain_numba_gives_the_same_bits(program: str) -> None:
     assert usual == numbers  # and no reason for plain Numba
 
 
+@pytest.mark.workspace  # compiles anew
 def test_plain_numba_gives_the_same_bits():
     assert_plain_numba_gives_the_same_bits(KINEMATICS)
 

@@ -35,6 +35,7 @@ def run(make_node: Callable[[], Node], flag: StopFlag, args: list[str] | None) -
         flag.spinning = True
         sys.setswitchinterval(SWITCH_INTERVAL)
         gc.freeze()  # these objects stay: the collector need not scan them between two targets
+        gc.enable()
         spin(make_executor(), node, lambda: flag.stopped)
         node.destroy_node()
     except IkError as error:
