@@ -15,7 +15,8 @@ from ros_ik_pkg.tools.domain import own_domain
 gc.disable()  # while tests are collected: it would scan the thousands of them again and again, to find nothing
 ROOT = Path(__file__).resolve().parents[1]
 # Begun first, so that no core waits for one of them at the end. With an empty cache the first compiles the solver for
-# one chain, which the next four do not need, and the sixth that for two; the others load what these have compiled.
+# one chain, which the next four do not need, and the sixth that for two; the others load what these have compiled,
+# and the last two compile in folders of their own.
 LONG = (
     'project/test_complaints', 'ik/kernel/test_wide', 'project/test_extending', 'ros/servo/test_limiter',
     'ros/runtime/test_stop_flag', 'ik/test_tips', 'tools/test_torture', 'tools/test_programs', 'ros/test_node',
@@ -29,6 +30,7 @@ def domain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     profiles, variable = ROOT / 'test' / 'fastdds.xml', 'FASTRTPS_DEFAULT_PROFILES_FILE'
     if has_fast_dds_3():
+        os.environ.pop(variable, None)  # the user's would count, not the new one
         text = profiles.read_text().replace('heartbeatPeriod', 'heartbeat_period')
         profiles, variable = tmp_path_factory.mktemp('dds') / 'fastdds.xml', 'FASTDDS_DEFAULT_PROFILES_FILE'
         profiles.write_text(text)
